@@ -27,6 +27,7 @@ COMMANDS = (
     "dwell", "stop", "optional stop",
 )  # fmt: skip
 LINES = each(str), "a list of lines"
+TEMPLATES = "a list of lines, in them {0}, {1} and {edge} only"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
 NUMBER_ROOM = 8  # characters of a line, for its block number
 TRUTH = only_if(lambda value: isinstance(value, bool))
@@ -198,6 +199,16 @@ def _with_inherited(path, heirs):
     return inherited
 
 
+def _templates(lines):
+    """Lines whose fields are those of a command: its values by number, and the edge of the tool."""
+    for line in LINES[0](lines):
+        try:
+            line.format(1.0, 1, 1, edge=1)
+        except (KeyError, IndexError):
+            raise ValueError from None
+    return lines
+
+
 def from_dict(content: dict, where: str = "control") -> Control:
     """Build a control from the content of its file; `where` begins every error message."""
     file = TomlTable(content, where)
@@ -232,7 +243,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         ),
         block_time=motion.take("block_time", *WORD, ""),
         compensation=motion.take("compensation", *one_of("before", "behind"), "before"),
-        commands={name: tuple(commands.take(name, *LINES, ())) for name in COMMANDS},
+        commands={name: tuple(commands.take(name, _templates, TEMPLATES, ())) for name in COMMANDS},
         read={word: read.take(word, *one_of(*MEANINGS)) for word in list(read.content)},
     )
     for table in (file, program, blocks, motion, commands, read, replaced):

@@ -59,7 +59,7 @@ def _between(control, machine, blocks):
 
     And the moves before which a tool is changed, and words that a move itself takes, by its number.
     """
-    rows, offset, tcp = len(blocks.words), 1, False
+    rows, offset, edge, tcp = len(blocks.words), 1, 1, False
     wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
     switched = np.flatnonzero(np.diff(wanted)) + 1
     between, changes, switches = {row: [] for row in (0, *switched.tolist(), rows)}, [0, *switched.tolist()], {}
@@ -76,20 +76,20 @@ def _between(control, machine, blocks):
             elif kind == "tool":
                 lines += control.lines("TCP off") * tcp
                 tool, _, stated = remark.values
-                offset, tcp = stated or tool, False
+                offset, edge, tcp = stated or tool, stated or 1, False
                 change = (line.replace("{tool}", str(tool)) for line in machine.tool_change)
                 lines += [line.replace("{offset}", str(offset)) for line in change]
                 if not machine.tool_change:
-                    lines += control.lines("tool", tool, edge=stated or 1)
+                    lines += control.lines("tool", tool, edge=edge)
                     if machine.programmed_point == "tip" and not wanted[row]:
                         lines += control.lines("tip", offset)
                 changes.append(row)
             elif kind == "approach":
                 height, angles = remark.values
-                lines += [*control.lines("safe", height), _turn(control, angles)]
+                lines += [*control.lines("safe", height, edge=edge), _turn(control, angles)]
             elif kind == "offset":
                 lines += control.lines("TCP off") * tcp
-                offset, tcp = remark.values[0], False
+                offset, edge, tcp = remark.values[0], remark.values[0], False
                 if wanted[row] or machine.programmed_point == "tip":
                     lines += control.said(remark)
             else:

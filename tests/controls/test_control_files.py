@@ -72,6 +72,7 @@ def test_other_controls_through_the_independent_reader(name, dialect, tcp):
         ("decimals = 1.5", r"a TOML file"),
         ("step = 0", r"line 12, \[blocks\], key 'step': expected a whole number above 0, found 0"),
         ('[motion]\nturning_feed = "fast"', r"line 1\d, \[motion\], key 'turning_feed': expected .* found 'fast'"),
+        ('[commands]\n"tool" = ["T{number}"]', r"line 1\d, \[commands\], key 'tool': expected .*only"),
         ('[read]\nG7 = "fly"', r"line 1\d, \[read\], key 'G7': expected"),
         ('[commands]\n"jump" = ["G8"]', r"line 1\d, \[commands\], key 'jump': expected no such key"),
     ],

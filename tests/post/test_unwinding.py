@@ -92,8 +92,8 @@ def test_an_approach_goes_down_last_and_onto_the_part_at_its_feed(name, dialect,
     """Z of the machine, the rotary axes, X Y, then down to the lifted pose, and at the feed of the cut onto it."""
     data = replace(machine.load(name), program_foot=("M9",))
     result = post.run(cldata.parse(TWO_TOOLS), data, dialect=dialect, tcp=tcp)
-    lines, words = result.program.splitlines(), control.load(dialect).lines("safe", data.safe[2])[0]
-    starts = [row for row, line in enumerate(lines) if line.endswith(words)]
+    lines, words = result.program.splitlines(), control.load(dialect).lines("safe", data.safe[2], edge=1)
+    starts = [row + len(words) - 1 for row, line in enumerate(lines) if line.endswith(words[0])]
     assert len(starts) == 2  # one for each tool
     for row in starts:
         turn, over = lines[row + 1], lines[row + 2]
