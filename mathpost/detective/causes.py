@@ -65,6 +65,13 @@ class Setup(Misread):
         """The same with another point, or another workpiece origin."""
         return self._with("o" if name == "origin" else f"p_{name}", point)
 
+    def pivoted(self, name: str, point: np.ndarray) -> "Setup":
+        """The same with another point of a head, which X Y Z go on naming if they do."""
+        named = self.machine.programmed_point
+        moved = self.moved(name, point)
+        is_pivot = not isinstance(named, str) and np.array_equal(named, self.point(name))
+        return moved._with("r", point) if is_pivot else moved
+
     def reversed(self, name: str) -> "Setup":
         """The same with a rotary axis that turns the other way."""
         return self._with(f"V_{name}", -self._vector(f"V_{name}"))
@@ -221,7 +228,7 @@ def _points(machine) -> Iterator[Cause]:
             for factor, said in ((0, "left out"), (2, "taken twice"), (-1, "of the opposite sign")):
                 moved = start + factor * (where - start)
                 phrase = f"the {called} is {said}" + ", counted from machine zero" * bool(n)
-                yield Cause(slip(kind, phrase, more), lambda s, name=name, moved=moved: s.moved(name, moved))
+                yield Cause(slip(kind, phrase, more), lambda s, name=name, moved=moved: s.pivoted(name, moved))
 
 
 def _across(offset, axis):

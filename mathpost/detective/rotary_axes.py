@@ -72,8 +72,12 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
         raise InputError("angles", f"shape {(*directions.shape[:-1], count)}", f"shape {given.shape}")
     decimals = reading.written_decimals(angles) if decimals is None else decimals
-    digits = 0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9, reading.half_digit(axis)
-    return JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), *digits).explain(given.shape)
+    case = JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), 1e-6, reading.half_digit(axis))
+    # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
+    exact = case.explain(given.shape) if decimals == 0 else None
+    if exact and exact.explained:
+        return exact
+    return replace(case, half_digit=0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9).explain(given.shape)
 
 
 @dataclass(frozen=True)
@@ -214,7 +218,7 @@ class JointCase:
             note = self.tell_apart(groups)
         elif not misreadings:
             note = " ".join(self.one_by_one(name, alone[n]) for n, name in enumerate(self.names))
-            note += f" Right is {self.both_ways()}."
+            note += f" Right is {self.both_ways()}.{self.zero()}"
         return Explanation(misreadings, self.half_digit, tried, note, self.travel())
 
     def travel(self):
@@ -250,6 +254,18 @@ class JointCase:
     def one_row(match, count=1):
         """The match with the branches that its first row has, for so many rows."""
         return replace(match, branches=tuple(branch[:1] * count for branch in match.branches))
+
+    def zero(self):
+        """What the angles are off by on a branch, if that is a constant which an axis or a row confirms."""
+        values, spread = self.both_branches(self.axis)
+        off, slack = wrap(self.given[:, None] - values), spread + self.half_digit
+        constant = (np.abs(wrap(off - off[:1])) <= 2 * slack).all(axis=(0, 2))
+        right = (np.abs(off) <= slack).all(axis=0)
+        for branch in np.flatnonzero(constant & (right.any(axis=1) | (len(off) > 1))):
+            wrong = [n for n in range(len(self.names)) if not right[branch, n]]
+            said = ", ".join(f"{self.names[n]} by {off[0, branch, n]:+.4f}°" for n in wrong)
+            return f" Off by a constant, as a zero point is: {said}."
+        return ""
 
     def both_ways(self):
         """The right angles of the first row, on either branch."""
