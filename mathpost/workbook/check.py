@@ -1,15 +1,18 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
+import re
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
+from mathpost.workbook.meaning.given import QUATERNION
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.meaning.nc_table import looked_at
 from mathpost.workbook.meaning.recognise import Recognised
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
 from mathpost.workbook.sheet.edits import INVERSE
-from mathpost.workbook.sheet.file import EMPTY, read
+from mathpost.workbook.sheet.file import EMPTY, TooLarge, read
 from mathpost.workbook.sheet.formula import areas, heads
 from mathpost.workbook.sheet.graph import Graph, same
 from mathpost.workbook.sheet.neighbours import as_around, typed_over
@@ -51,10 +54,16 @@ def check_file(path, task=None):
     >>> report.verdict, report.faults[0].cell, report.faults[0].cause
     ('wrong', 'ZXZ!J38', 'transposed')
     """
-    task = task or Task()
-    graph = Graph(read(path))
+    try:
+        return _checked(path, task or Task())
+    except TooLarge as error:
+        return FileReport(Path(path), seen=[f"not judged: too large ({error})"])
+
+
+def _checked(path, task):
+    graph = _graph(read(path))
     if lost := typed_over(graph):
-        before, graph = graph, Graph(graph.book)
+        before, graph = graph, _graph(graph.book)
         graph.trees |= lost  # as if they were not
     graph.unround()
     found = Recognised(graph, task)
@@ -68,12 +77,20 @@ def check_file(path, task=None):
     return _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
 
 
+def _graph(book):
+    """The graph of a workbook, without what is apart from all rotations if that is much; a quaternion turns too."""
+    graph = Graph(book)
+    if not any(re.search(QUATERNION, str(cell.value), re.I) for cell in book.cells.values()):
+        graph.set_aside()
+    return graph
+
+
 def _statuses(judge, others, lost):
     """Place → status of all cells to judge."""
     graph, found = judge.graph, judge.found
     after = graph.downstream([*judge.fixed, *lost])
     statuses = {p: CONSEQUENCE if p in after else RIGHT for p in others.places}
-    statuses |= dict.fromkeys(others.unjudged, UNCLEAR)
+    statuses |= dict.fromkeys([*others.unjudged, *graph.aside], UNCLEAR)
     typed = {p: c for c in found.calculations if c.typed for p in c.results}
     statuses |= {p: UNCLEAR if p in graph.trees or not c.complete else RIGHT for p, c in typed.items()}
     statuses |= {p: UNCLEAR for p in graph.errors if statuses.get(p, RIGHT) == RIGHT}
@@ -153,7 +170,7 @@ def _report(graph, statuses, faults, seen, warnings, unclear=False):
     cells = []
     statuses = {place: statuses[place] for place in sorted(statuses, key=graph.reading_order)}
     for place, status in statuses.items():
-        cell = graph.cells.get(place, EMPTY)
+        cell = graph.book.cells.get(place, EMPTY)
         cells.append(
             Judgement(graph.address(place), place, status, cell.value if cell.number is None else cell.number)
         )

@@ -119,6 +119,8 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
             report = check_file(path, task)
         except InputError as error:
             rows.append((name, DAMAGED, "", "", "", str(error)))
+        except Exception as error:  # whatever it is: the other files are still checked
+            rows.append((name, DAMAGED, "", "", "", f"not judged: {type(error).__name__}: {error}"))
         else:
             rows.append((name, *_row(report)))
             if out and path.suffix.lower() == ".xlsx":

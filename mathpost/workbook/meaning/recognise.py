@@ -23,6 +23,7 @@ from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.sheet.formula import heads
 from mathpost.workbook.sheet.graph import offset
 
+SMALL = 1e-6  # a slope that is none
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
 CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
 ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
@@ -42,7 +43,7 @@ class Recognised(Vectors):
     def __init__(self, graph, task):
         super().__init__(graph, with_formulas=task.machine is None)
         self.task, self.problems, self.doubts, self.vectors = task, [], {}, set()
-        self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
+        self.calculations, self.steps, self.beside, self.depends, self._ends = [], [], [], {}, {}
         count = len(self.typed & self.turning)
         self.sequence, self.active, self.by, unsure, self.names = reading(task, self.text, count)
         self.is_whole = len(self.sequence) == 3  # else the last angles are 0
@@ -92,16 +93,21 @@ class Recognised(Vectors):
             lost = sum(not self.depends.get(p) for p in triple) == 2  # they take empty cells by a slip
             turned = lost or sum(bool(self.turned_by([p])) for p in triple) > 1
             turned |= any(up & self.typed >= set(w) for w in self.windows)
-            # One coordinate of each of three points is no vector.
+            # One coordinate of each of three points is no vector, nor three times one coordinate.
             lengths = [self.lengths.intersection(self.depends.get(p, ())) for p in triple]
             turned &= lost or any(a & b for a, b in combinations(lengths, 2))
+            turned &= not self._is_one_coordinate(triple)
             of_signs = all(t[0] == "area" or (t[0] == "minus" and t[1][0] == "area") for t in trees)
             of_signs &= {t[0] for t in trees} == {"minus", "area"}  # a mirrored copy
             (finals if turned and not (difference or of_signs) else self.beside).append(triple)
-        for triple in finals[:]:
-            if self._is_combined(triple, finals) or self._is_undone(triple, finals):
-                finals.remove(triple)
+        kept, of = dict.fromkeys(finals), {p: t for t in finals for p in t}
+        for triple in finals:
+            up = graph.upstream(triple)
+            parts = dict.fromkeys(t for t in [of[p] for p in self.sorted(up & of.keys())] if t in kept)
+            if self._is_combined(triple, up, parts) or self._is_undone(triple, up, parts):
+                del kept[triple]
                 self.beside.append(triple)
+        finals = [*kept]
         used, before = {p for t in finals for p in graph.upstream(t) - set(t)}, self._frames_before(finals)
         for triple in finals:
             on_the_way = used.issuperset(triple) and triple not in before.values()
@@ -117,8 +123,10 @@ class Recognised(Vectors):
                 self._tell(Turn(window, (), axis=axis), self.calculations)
             elif last and len(own) == most > 0 and (angles := self.three(own)):
                 self._tell(Turn(window, self.by_name(angles)), self.calculations)
-        for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
-            rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
+        tables = {}
+        for calculation in self.calculations:
+            tables.setdefault(graph.component[calculation.results[0]], []).append(calculation)
+        for rows in tables.values():  # the rows of a table have one origin, even if a $ is missing
             origins = Counter((row.origin, _between(row)) for row in rows).most_common(1)
             shifts = Counter(row.shift for row in rows).most_common(1)
             for row in rows:
@@ -178,9 +186,9 @@ class Recognised(Vectors):
                     found[last] = before if up.issuperset(before) else found.get(last)
         return {last: before for last, before in found.items() if before}
 
-    def _is_combined(self, triple, finals):
+    def _is_combined(self, triple, up, finals):
         """Whether a vector is made of several that go back to different points, or angles, as a mean is."""
-        up, own = self.graph.upstream(triple), {s for p in triple for s in self.depends.get(p, ())}
+        own = {s for p in triple for s in self.depends.get(p, ())}
         parts = [s for s in finals if s != triple and len(up.intersection(s)) > 1]
         given = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
         given = [
@@ -189,9 +197,17 @@ class Recognised(Vectors):
         pairs = ((a & kind, b & kind) for a, b in combinations(given, 2) for kind in (self.lengths, self.angles))
         return any(a - b and b - a for a, b in pairs)
 
-    def _is_undone(self, triple, finals):
+    def _is_one_coordinate(self, triple):
+        """Whether some cells are multiples of one: their slopes in the lengths are, with angles that are not 0."""
+        lengths = self._of(triple, self.lengths)
+        slopes = np.array([[self.turned.get(p, {}).get(s, 0.0) for s in lengths] for p in triple])
+        if not np.isfinite(slopes).all():
+            return False
+        return np.count_nonzero(np.abs(slopes[0]) > SMALL) > 1 and np.linalg.matrix_rank(slopes, SMALL) == 1
+
+    def _is_undone(self, triple, up, finals):
         """Whether a vector is made of one that more angles turn: some of them are turned back."""
-        up, angles = self.graph.upstream(triple), self.turned_by(triple)
+        angles = self.turned_by(triple)
         return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)
 
     def _add_turn(self, triple, calculations, before=()):
@@ -428,7 +444,7 @@ class Recognised(Vectors):
         if named := self._named_in_the_text(triple):
             return named
         graph, in_line = self.graph, any(len({(p[0], p[n]) for p in triple}) == 1 for n in (1, 2))
-        ends = [max(self.turning & graph.downstream([p]), key=graph.calculation_order, default=p) for p in triple]
+        ends = [self._end(p) for p in triple]
         for places in (triple, ends):
             # Which of φ, θ, ψ comes first is not the same everywhere.
             labels = [
@@ -440,6 +456,13 @@ class Recognised(Vectors):
                 return tuple(p for _, p in sorted(zip(named, triple, strict=True)))
         read = map(graph.reading_order, triple if in_line else ends)
         return tuple(p for _, p in sorted(zip(read, triple, strict=True)))
+
+    def _end(self, place):
+        """The last cell that an angle becomes before it goes into a sine."""
+        if place not in self._ends:
+            after = self.turning & self.graph.downstream([place])
+            self._ends[place] = max(after, key=self.graph.calculation_order, default=place)
+        return self._ends[place]
 
     def _named_in_the_text(self, triple):
         """The angles in the order in which a product in the text has their names; empty if the labels do not."""

@@ -8,15 +8,16 @@ import numpy as np
 from mathpost.workbook.meaning.given import Given
 from mathpost.workbook.sheet.graph import offset
 
-MOVES = 1500  # inputs of one formula that are moved one by one
+MOVES = 300  # inputs of one formula: what is made of more is no coordinate
+PAIRS = 400  # slopes that are compared
 
 
 class Vectors(Given):
     """What becomes of the inputs of a workbook, `angles` and `lengths`, told by moving each alone.
 
     `depends` has the inputs on which a cell depends, `reaches` those to which its formulas lead; `vectors` are
-    linear in lengths. Of a vector `unturned` has the slopes where all angles are 0, `unmoved` the lengths that
-    are added after the turn, `curved` those in which it is not linear.
+    linear in lengths. Of a vector `unturned` has the slopes where all angles are 0, `turned` those where they are
+    as in the sheet, `unmoved` the lengths that are added after the turn, `curved` those in which it is not linear.
     """
 
     def _respond(self):
@@ -26,14 +27,17 @@ class Vectors(Given):
         table needs no more runs than a short one.
         """
         graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
-        self.depends, self.reaches, self.unturned, self.unmoved, self.curved = {}, {}, {}, {}, {}
-        together = {p: {p} for p in inputs}
+        self.depends, self.reaches, self.unturned, self.turned, self.unmoved, self.curved = {}, {}, {}, {}, {}, {}
+        together, vast = {p: {p} for p in inputs}, set()
         for place in graph.order:
             sources = graph.uses[place]
             direct = frozenset(together.keys() & sources)
-            self.reaches[place] = direct.union(*(self.reaches.get(s, ()) for s in sources if s not in together))
-        for reach in set(self.reaches.values()):
-            for place in reach if len(reach) <= MOVES else ():
+            reach = direct.union(*(self.reaches.get(s, ()) for s in sources if s not in together))
+            vast |= {place} if len(reach) > MOVES or not vast.isdisjoint(sources) else set()
+            self.reaches[place] = frozenset() if place in vast else reach
+        for reach in dict.fromkeys(self.reaches.values()):
+            graph.count(len(reach) ** 2)
+            for place in reach:
                 together[place] |= reach
         turn = {}
         for place in inputs:
@@ -54,7 +58,7 @@ class Vectors(Given):
         for place in graph.order:
             reach, value = self.reaches[place], np.broadcast_to(values[place], 3 * size)
             change, lengths = np.abs(value - value[0]), reach & self.lengths
-            if not np.isfinite(change[: 2 * size]).all() or len(reach) > MOVES:
+            if not np.isfinite(change[: 2 * size]).all() or place in vast:
                 self.depends[place], linear = reach, True  # what it refers to is all that is known
             else:
                 small = 1e-9 * (1 + abs(value[0]))
@@ -68,6 +72,7 @@ class Vectors(Given):
                 slopes = {p: (value[2 * size + turn[p]] - value[2 * size]) / step for p in lengths}
                 self.unturned[place] = {p: round(slope, 3) for p, slope in slopes.items() if abs(slope) > 1e-3}
                 turned = {p: (value[turn[p]] - value[0]) / step for p in lengths}
+                self.turned[place] = turned
                 self.unmoved[place] = {p for p, slope in turned.items() if abs(slope - 1) < 1e-9}
 
     def turned_by(self, places):
@@ -143,7 +148,7 @@ class Vectors(Given):
         """With all angles at 0, how many pairs of three cells stem from neighbours in line, as x, y and z are."""
         steps = Counter()
         for (i, one), (j, other) in combinations(enumerate(slopes), 2):
-            pairs = product(one.items(), other.items())
+            pairs = product(one.items(), other.items()) if len(one) * len(other) <= PAIRS else ()
             apart = {(q[0], (q[1] - p[1]) / (j - i), (q[2] - p[2]) / (j - i)) for (p, a), (q, b) in pairs if a == b}
             steps.update(step for step in apart if any(step[1:]) and not any(n % 1 for n in step[1:]))
         return max(steps.values(), default=0)

@@ -21,7 +21,12 @@ from mathpost.workbook.sheet.formula import Area
 from mathpost.workbook.sheet.safety import inspect
 
 COLUMN_LIMIT = 200
+MOST_CELLS = 300_000
 NUMBER_AS_TEXT = re.compile(r"[-+−–]?\d+(?:[.,]\d+)?°?")
+
+
+class TooLarge(Exception):
+    """A workbook that takes more time or memory than a check may; the message names the figure."""
 
 
 @dataclass(frozen=True)
@@ -111,8 +116,12 @@ def _read(file, path, rows):
             for sheet in book.worksheets:
                 own, more = _cells(sheet, rows)
                 cells |= own
+                if len(cells) > MOST_CELLS:
+                    raise TooLarge(f"more than {MOST_CELLS} cells")
                 notes += [f"only the first {rows} rows of sheet {sheet.title} were read"] * more
                 names.update(_names(getattr(sheet, "defined_names", {}), sheet.title))
+    except TooLarge:
+        raise
     except Exception as error:  # openpyxl raises whatever its parser meets
         raise InputError(str(path), "an .xlsx workbook", f"one that cannot be read ({error})") from None
     if not cells:
@@ -141,6 +150,8 @@ def _cells(sheet, rows):
         for row, found in _Parser(source, sheet).parse():
             found = [each for each in found if each["column"] <= COLUMN_LIMIT and each["formula"] is not None]
             more = row > rows and bool(found)
+            if len(cells) > MOST_CELLS:
+                raise TooLarge(f"more than {MOST_CELLS} cells")
             if more:
                 break
             for each in found:

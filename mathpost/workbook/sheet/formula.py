@@ -16,6 +16,7 @@ from openpyxl.utils import get_column_letter, range_boundaries
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
 LOGICAL = {"TRUE": 1.0, "FALSE": 0.0}
 LARGEST = 20_000  # cells of a range
+LEVELS, PARTS, LETTERS = 100, 20_000, 8192  # of a formula, the names in it included; a spreadsheet takes 64 levels
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, np.pi / 200, 200 / np.pi])
 ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 
@@ -46,6 +47,11 @@ class Area:
         """Rows and columns."""
         return self.bottom - self.top + 1, self.right - self.left + 1
 
+    def but_last(self):
+        """Return the area without its last row, or column if it has but one row."""
+        rows, columns = self.shape
+        return Area(self.sheet, self.top, self.left, self.bottom - (rows > 1), self.right - (rows == 1 < columns))
+
     def moved(self, rows, columns):
         """Return the area `rows` further down and `columns` further right; None if it leaves the sheet."""
         corners = self.top + rows, self.left + columns, self.bottom + rows, self.right + columns
@@ -69,28 +75,35 @@ def area_of(places):
     return Area(*places[0], *places[-1][1:])
 
 
-def parse(text, sheet, names, sheets=None):
+def parse(text, sheet, names, sheets=None, left=None):
     """Return the tree of a formula, with its ``=``, that stands in `sheet`; raise `NotUnderstood` if it has none.
 
     `names` has the `Area` or formula of each name in upper case, `sheets`, if given, the sheets that are there, by
-    lower case.
+    lower case; `left` how many levels and parts a formula may still have that it is a name in.
 
     Examples
     --------
     >>> parse("=-B2^2+SIN(3)", "S", {})[2]
     ('SIN', ('number', 3.0))
     """
+    if len(text) > LETTERS:
+        raise NotUnderstood(f"a formula of {len(text)} letters")
     try:
         tokens = [t for t in Tokenizer(text).items if t.type != "WHITE-SPACE"]
     except Exception as error:  # the tokenizer raises what it meets
         raise NotUnderstood(str(error)) from None
-    reader = _Reader(tokens[::-1], sheet, names, sheets or {})
+    reader = _Reader(tokens[::-1], sheet, names, sheets or {}, left or [LEVELS, PARTS])
     try:
         tree = reader.expression()
     except IndexError:
         raise NotUnderstood("the end of the formula") from None
     if reader.tokens:
         raise NotUnderstood(reader.tokens[-1].value)
+    stack, level = [tree], 0
+    while stack:
+        stack, level = [part for each in stack for part in each if isinstance(part, tuple)], level + 1
+    if level > 2 * LEVELS:
+        raise NotUnderstood(f"a formula of {level} levels")
     return tree
 
 
@@ -102,6 +115,7 @@ class _Reader:
     sheet: str
     names: dict
     sheets: dict
+    left: list  # levels and parts
 
     def expression(self, least=0):
         left = self.operand()
@@ -118,6 +132,15 @@ class _Reader:
         return left
 
     def operand(self):
+        self.left[:] = self.left[0] - 1, self.left[1] - 1
+        if min(self.left) < 0:
+            raise NotUnderstood(f"a formula of more than {LEVELS} levels or {PARTS} parts")
+        try:
+            return self.operand_within()
+        finally:
+            self.left[0] += 1
+
+    def operand_within(self):
         token = self.tokens.pop()
         if token.type == "OPERATOR-PREFIX":
             inner = self.expression(5)  # a sign binds closer than a power: -2^2 is 4
@@ -135,7 +158,8 @@ class _Reader:
         if token.subtype == "TEXT":
             return ("text", token.value[1:-1].replace('""', '"'))
         if isinstance(text := self.names.get(token.value.upper()), str):
-            return parse(text, self.sheet, {n: a for n, a in self.names.items() if a != text}, self.sheets)
+            others = {n: a for n, a in self.names.items() if a != text}
+            return parse(text, self.sheet, others, self.sheets, self.left)
         if token.subtype == "RANGE":
             return ("area", self.area(token.value))
         raise NotUnderstood(token.value)

@@ -8,9 +8,10 @@ from graphlib import CycleError, TopologicalSorter
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.workbook.sheet.file import EMPTY, local_address
+from mathpost.workbook.sheet.file import EMPTY, TooLarge, local_address
 from mathpost.workbook.sheet.formula import (
     FUNCTIONS,
+    Area,
     NotUnderstood,
     areas,
     evaluate,
@@ -27,6 +28,11 @@ from mathpost.workbook.sheet.lookup import resolved
 SAMPLES = 8
 SIX_DIGITS = 1e-6  # relative
 ZERO, NOTHING = np.zeros(1), np.full(1, np.nan)
+WORK, MOST_FORMULAS = 20_000_000, 20_000  # steps from cell to cell; formulas that are looked at one by one
+ASIDE = 300  # formulas apart from all rotations: so many are judged
+LONG = 16  # cells of a sum from which it is read as the one before it and what is added
+RUNNING = {"SUM", "MAX", "MIN", "PRODUCT"}
+TURNS = {"SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "ATAN2", "MMULT", "TRANSPOSE", "MINVERSE", "MDETERM"}
 CLOSE = 5e-8  # relative: what the arithmetic of a spreadsheet and π/180 as 0.0174532925 lose
 
 
@@ -36,12 +42,13 @@ class Graph:
     `cells` holds what stands there, `trees` every formula that was understood, `unread` what in the others is not;
     `part` the row and column in its array, from 0, of a cell of an array formula, which has the tree of the whole.
     `circular` has one place of each circle of formulas that depend on themselves. `other` has formulas in place of
-    the file's, by place, each with the first cell of its array.
+    the file's, by place, each with the first cell of its array. `work` counts the steps from cell to cell, of which
+    there may be `WORK`; what is not looked at, apart from all rotations, is `aside`.
     """
 
     def __init__(self, book, other=None):
         self.book, self.names, self.cells = book, book.names, dict(book.cells)
-        self.trees, self.part, self.unread = {}, {}, {}
+        self.trees, self.part, self.unread, self.aside, self.work = {}, {}, {}, (), 0
         for place, (formula, anchor) in (other or {}).items():
             self.cells[place] = replace(self.cells.get(place, EMPTY), formula=formula, anchor=anchor)
         self.meant = {place: cell.meant for place, cell in self.cells.items()}
@@ -59,6 +66,50 @@ class Graph:
                 self.unread[place] = str(error)
             if cell.anchor:
                 self.part[place] = place[1] - cell.anchor[0], place[2] - cell.anchor[1]
+        self._arrays = {}
+        for place in self.part:
+            self._arrays.setdefault((place[0], self.cells[place].anchor), []).append(place)
+        self._shorten_running_totals()
+
+    def count(self, steps):
+        """Count some steps; raise `TooLarge` if there were too many."""
+        self.work += steps
+        if self.work > WORK:
+            raise TooLarge(f"more than {WORK // 1_000_000} million steps for {len(self.trees)} formulas")
+
+    def _shorten_running_totals(self):
+        """Read a long sum as the one before it and what is added: n running totals refer to 2·n cells, not n²/2."""
+        totals = {}
+        for place, tree in self.trees.items():
+            if tree[0] in RUNNING and len(tree) == 2 and tree[1][0] == "area" and place not in self.part:
+                area = tree[1][1]
+                totals[place] = tree[0], replace(area, fixed=(False, False))
+        for place, (head, area) in totals.items():
+            down, right = (1, 0) if area.shape[1] == 1 else (0, 1)
+            before = offset(place, -down, -right)
+            if 1 in area.shape and sum(area.shape) > LONG and totals.get(before) == (head, area.but_last()):
+                last = replace(area, top=area.bottom, left=area.right)
+                self.trees[place] = head, ("area", Area(*before, *before[1:])), ("area", last)
+
+    def set_aside(self):
+        """Leave out the formulas that are apart from all rotations, if these are many."""
+        turning = [place for place, tree in self.trees.items() if heads(tree) & TURNS]
+        near = self.upstream(self.downstream(turning))
+        apart = [place for place in self.trees if place not in near]
+        if len(apart) > ASIDE:
+            self.aside = tuple(apart)
+            needed = {s for place in self.trees.keys() & near for s in self.uses[place]}
+            alone = {
+                s for place in apart for s in self.uses[place]
+            } & self.cells.keys() - needed  # and their inputs
+            for place in alone.union(apart):
+                del self.cells[place], self.meant[place]
+                self.part.pop(place, None)
+            self.trees = {place: tree for place, tree in self.trees.items() if place in near}
+        for name in ("uses", "used"):  # of all formulas, as the file has them
+            self.__dict__.pop(name, None)
+        if len(self.trees) > MOST_FORMULAS:
+            raise TooLarge(f"{len(self.trees)} formulas")
 
     def _typed(self, place):
         """The number or text in a cell, empty if there is nothing; None for a formula that is no text."""
@@ -112,8 +163,7 @@ class Graph:
 
     def array(self, place):
         """The cells of the array formula that a cell is of, itself first; or the cell alone."""
-        anchor = self.cells[place].anchor if place in self.part else None
-        mates = [p for p in self.part if anchor and p[0] == place[0] and self.cells[p].anchor == anchor]
+        mates = self._arrays[place[0], self.cells[place].anchor] if place in self.part else ()
         return [place, *(p for p in mates if p != place)]
 
     def cut_off(self):
@@ -164,7 +214,9 @@ class Graph:
     @cached_property
     def uses(self):
         """Place of a formula → the places it refers to, in order and without repetition."""
-        found = {id(tree): self.used_by(tree) for tree in {id(t): t for t in self.trees.values()}.values()}
+        trees = {id(t): t for t in self.trees.values()}
+        self.count(sum(area.shape[0] * area.shape[1] for tree in trees.values() for area in areas(tree)))
+        found = {id(tree): self.used_by(tree) for tree in trees.values()}
         return {place: found[id(tree)] for place, tree in self.trees.items()}
 
     @cached_property
@@ -223,9 +275,15 @@ class Graph:
             try:
                 return list(TopologicalSorter(links).static_order())
             except CycleError as error:
+                self.count(10 * len(links))
                 source, user = error.args[1][:2]
                 links[user] = [each for each in links[user] if each != source]
                 self.circular.add(user)
+
+    @cached_property
+    def _position(self):
+        """Place of a formula → where it stands in `order`."""
+        return {place: n for n, place in enumerate(self.order)}
 
     @cached_property
     def level(self):
@@ -241,7 +299,7 @@ class Graph:
         found, left = [], {p for p, cell in self.cells.items() if cell.formula or self.meant[p] is not None}
         for place in sorted(left, key=self.reading_order):
             if place in left:
-                near = _reached([place], lambda p, left=left: left.intersection(beside(p)))
+                near = self._reached([place], lambda p, left=left: left.intersection(beside(p)))
                 left -= near
                 found.append(tuple(sorted(near, key=self.reading_order)))
         return found
@@ -257,16 +315,27 @@ class Graph:
             return None
         tree = self.trees[place]
         if id(tree) not in self._forms:
-            self._forms[id(tree)] = form_of(tree)
-        return self._forms[id(tree)]
+            self._forms[id(tree)] = form_of(tree), tree  # as long as the tree is kept no other has its id
+        return self._forms[id(tree)][0]
 
     def upstream(self, places, given=()):
         """Everything that `places` depend on, themselves included; not what those `given` depend on."""
-        return _reached(places, lambda place: () if place in given else self.uses.get(place, ()))
+        return self._reached(places, lambda place: () if place in given else self.uses.get(place, ()))
 
     def downstream(self, places):
         """Everything that depends on `places`, themselves included."""
-        return _reached(places, lambda place: self.used.get(place, ()))
+        return self._reached(places, lambda place: self.used.get(place, ()))
+
+    def _reached(self, places, links):
+        """The places that one comes to from some, themselves included; `links(place)` are the next ones."""
+        found, stack = set(), list(places)
+        while stack:
+            place = stack.pop()
+            if place not in found:
+                found.add(place)
+                stack += links(place)
+        self.count(len(found))
+        return found
 
     # Values.
 
@@ -276,10 +345,13 @@ class Graph:
         `given` has values in place of the file's, of typed numbers and of formulas; `base` is an earlier run, of
         which the places not in `only` are kept.
         """
-        values, arrays = {**(base or {}), **given}, {}
-        for place in self.order:
+        values, arrays, order = {**(base or {}), **given}, {}, self.order
+        if only is not None and 8 * len(only) < len(order):
+            order = sorted((p for p in only if p in self.trees), key=self._position.get)
+        for place in order:
             if place in given or (only is not None and place not in only):
                 continue
+            self.work += 1
             tree, index = self.trees[place], self.part.get(place)
             if index is None:
                 values[place] = self.calculate(tree, values, functions)[:, 0, 0]
@@ -337,17 +409,6 @@ class Graph:
         held = {p: None if p in self.trees else n for p, n in self.meant.items()}
         empty = {p for p, cell in self.cells.items() if cell.value is None and not cell.formula}
         return {p: np.full(1, np.nan if n is None else n) for p, n in held.items() if p not in empty}
-
-
-def _reached(places, links):
-    """The places that one comes to from some, themselves included; `links(place)` are the next ones."""
-    found, stack = set(), list(places)
-    while stack:
-        place = stack.pop()
-        if place not in found:
-            found.add(place)
-            stack += links(place)
-    return found
 
 
 def beside(place):

@@ -23,6 +23,7 @@ from mathpost.workbook.verdict.values import CALCULATED
 from mathpost.workbook.verdict.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
+MANY = 200  # cells that are nothing known: of more no rule is tried that compares them with each other
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
 LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
 EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"
@@ -53,11 +54,16 @@ class Beside:
         composed -= {p for p in judge.found.sorted(composed) if self._are_wrong_minutes(p)}
         typed = self.found.typed - self.found.composed
         unknown = {p for p in rest - self.found.composed - judge.fixed.keys() if p in typed or not self.is_known(p)}
-        for place in sorted(unknown - typed, key=judge.graph.calculation_order):
-            alone = self.graph.upstream([place]) & unknown == {place}  # else it may only follow
-            told = self.is_known(place) or (alone and self._is_confirmed(place, unknown))
+        after, many = unknown & typed, len(unknown) > MANY
+        for place in sorted(judge.graph.trees, key=judge.graph.calculation_order):
+            alone = after.isdisjoint(judge.graph.uses[place])  # else it may only follow
+            after |= set() if alone and place not in unknown else {place}
+            if place not in unknown or place in typed:
+                continue
+            told = self.is_known(place) or (alone and not many and self._is_confirmed(place, unknown))
             told = told or (
                 alone
+                and not many
                 and not self._is_another_angle(place)
                 and (
                     self._is_made_of_known(place, unknown)
@@ -67,6 +73,7 @@ class Beside:
                 )
             )
             unknown -= {place} if told else set()
+            after -= {place} if told and alone else set()
         own = judge.faults[before:]
         judge.faults[before:] = sorted(own, key=lambda fault: self.graph.calculation_order(fault.place))
         self.unjudged = unknown | self.doubtful | composed | self._computed_points()
@@ -93,17 +100,15 @@ class Beside:
         results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
-        leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
+        from_given, from_any = (graph.downstream(p - graph.trees.keys()) for p in (given, graph.cells.keys()))
         # The numbers of points, 1, 2, 3, copied beside what became of them.
-        copies = {p for p in rest - graph.used.keys() if graph.tree(p)[0] == "area" and given.isdisjoint(leaves[p])}
+        copies = rest - graph.used.keys() - from_given
+        copies = {p for p in copies if graph.tree(p)[0] == "area"}
         own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
-        other |= {
-            p
-            for p, used in leaves.items()
-            if used & graph.cells.keys() and given.isdisjoint(used) and _is_count_or_mean(graph.tree(p))
-        }
+        from_given = graph.downstream(given - graph.trees.keys())  # and what stands beside it
+        other |= {p for p in rest & from_any - from_given if _is_count_or_mean(graph.tree(p))}
         return [p for p in places if p not in other], rest - other
 
     def _looks_calculated(self, place):

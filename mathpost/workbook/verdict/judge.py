@@ -27,6 +27,7 @@ TO_THE_POINT = (
     r"|auf den punkt|旋转的是点|旋转点"
 )
 RECIPE = r"recipe|method|verfahren|rezept|méthode|方法|transpo|转置|\^ ?T\b|ᵀ|multipl|乘"
+UNEXPLAINED = 5  # results without a repair: beside so many no further repairs are looked for
 SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
 
 
@@ -82,13 +83,14 @@ class Judge(Sampled):
         unsure = {*self.unexplained}  # what turns by the angles of a plane that may be none is not repaired
         for calculation in () if self.reading else [c for c in self.live if c not in planes]:
             of_unsure = getattr(calculation, "plane", None) in unsure or self._is_of_a_table(calculation)
+            of_unsure |= len(self.unexplained) >= UNEXPLAINED
             if of_unsure and self.bad(calculation.targets):
                 self.unexplained.append(calculation)
                 continue
             self._repair(calculation, said)
         for calculation in self.unexplained[:]:
             self._as_a_mistake(calculation)
-        for calculation in self.unexplained[:]:
+        for calculation in self.unexplained[:UNEXPLAINED]:
             self._by_a_step(calculation)
         if self.found.by == "the task" and (other := self._other_reading(self.unexplained, euler.SEQUENCES)):
             text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
@@ -227,7 +229,7 @@ class Judge(Sampled):
         """Set aside a vector that only some of the angles turn, if it is a step to another calculation's result."""
         turns = [c for c in self.live if isinstance(c, Turn) and c is not calculation]
         angles, now = self.found.turned_by(calculation.results), self.block(calculation.results[:3])
-        partial = any(angles < self.found.turned_by(c.results) for c in turns) and self.bad(calculation.targets)
+        partial = self.bad(calculation.targets) and any(angles < self.found.turned_by(c.results) for c in turns)
         if partial and any(same(known, now) for known in calculation.known.get(3, ())):
             self.live.remove(calculation)
             self.found.calculations.remove(calculation)

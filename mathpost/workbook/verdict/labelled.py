@@ -80,10 +80,8 @@ class Labelled:
 
     def _is_no_distance(self, place, label):
         """Whether a distance between two, by its label, is the length of one of them."""
-        turns = [turn for turn in self._turned if not (turn.origin or turn.shift)]
-        lengths = [np.linalg.norm(each, axis=0) for turn in turns for each in self._ends(turn)]
         named = re.search(BETWEEN_TWO, label, re.I) and not re.search(FROM_ZERO, label, re.I)
-        return bool(named) and any(same(self.judge.now(place), length) for length in lengths)
+        return bool(named) and any(same(self.judge.now(place), length) for length in self._lengths)
 
     def _is_no_difference(self, place, label):
         """Whether a difference, by its label, is a coordinate itself, or one of a cell less itself."""
@@ -135,6 +133,12 @@ class Labelled:
         return [cell.value for cell in cells if cell and isinstance(cell.value, str)]
 
     @cached_property
+    def _lengths(self):
+        """The lengths of points and results that are turned about zero."""
+        turns = [turn for turn in self._turned if not (turn.origin or turn.shift)]
+        return [np.linalg.norm(each, axis=0) for turn in turns for each in self._ends(turn)]
+
+    @cached_property
     def _plain(self):
         """The coordinates of all points and results, and their lengths."""
         both = [each for turn in self._turned for each in self._ends(turn)]
@@ -176,8 +180,11 @@ class Labelled:
     def _copies(self, rest):
         """Yield the faults of copies of another coordinate of a result than their labels, or their order, say."""
         copies = {p: s for p in rest if (s := self._copied(p)) != p}
+        of = {}
+        for place in self.found.sorted(copies):
+            of.setdefault(copies[place], []).append(place)
         for result in (c.results[:3] for c in self.judge.live):
-            mine = [p for p in self.found.sorted(copies) if copies[p] in result]
+            mine = self.found.sorted(p for source in result for p in of.get(source, ()))
             wanted = {p: k for p in mine if (k := self._outcome_said(p)) is not None}
             lines = (tuple(p for p in mine if (p[0], p[n]) == (q[0], q[n])) for q in mine for n in (1, 2))
             for line in dict.fromkeys(lines):
