@@ -109,7 +109,7 @@ def parts(axes, point, axis, degrees):
         _space_arrow(axes, start, end, colour)
         beyond = end + 0.14 * (end - along) / max(np.linalg.norm(end - along), 0.3)
         middle = (start + end) / 2
-        at = {"part along v": middle + 0.3 * moved, "part across": middle + 0.1 * axis, "across, turned": None}
+        at = {"part along v": middle - 0.3 * side, "part across": middle + 0.1 * axis, "across, turned": None}
         at = at.get(name, beyond)
         at = middle + 0.25 * side if at is None else at
         axes.text(*at, name, color=colour, ha="center", fontsize=9)
@@ -141,22 +141,23 @@ def euler_discs(axes, i, j, k):
         _space_arc(axes, size * euler.matrix("ZXZ", angles, degrees=True)[:, :, column], colour, letter)
 
 
-def frames_and_point(axes, frames, point, reach):
-    """Draw frames (a dict from a name to a `Frame` in the first one), and a dashed line from each to one point."""
-    colours = (MACHINE, WORKPIECE, POINT)
-    plot.space(axes, 0.62 * reach, centre=np.mean([each.origin for each in frames.values()], axis=0))
-    for (name, each), colour in zip(frames.items(), colours, strict=True):
-        for arm, letter in zip(each.rotation.T, "XYZ", strict=True):
-            _space_arrow(axes, each.origin, each.origin + 0.28 * reach * arm, colour)
-            axes.text(
-                *(each.origin + 0.33 * reach * arm), letter, color=colour, ha="center", va="center", fontsize=9
-            )
-        axes.text(
-            *(each.origin - 0.1 * reach * each.rotation[:, 2]), name, color=colour, ha="center", weight="bold"
-        )
+def frames_and_point(axes, frames, point, arm):
+    """Draw frames (a dict from a name to a `Frame` in the first one), and a dotted line from each to one point.
+
+    `arm` is the length of the axes, in the units of the point.
+    """
+    seen = np.array([point, *(each.origin for each in frames.values())])
+    centre = (seen.min(axis=0) + seen.max(axis=0)) / 2
+    plot.space(axes, 0.45 * np.ptp(seen, axis=0).max() + 0.6 * arm, centre=centre)
+    for (name, each), colour in zip(frames.items(), (MACHINE, WORKPIECE, POINT), strict=True):
+        for direction, letter in zip(each.rotation.T, "XYZ", strict=True):
+            _space_arrow(axes, each.origin, each.origin + arm * direction, colour)
+            at = each.origin + 1.2 * arm * direction
+            axes.text(*at, letter, color=colour, ha="center", va="center", fontsize=9)
+        axes.text(*(each.origin - 0.45 * arm * each.rotation[:, 2]), name, color=colour, ha="center", weight="bold")
         axes.plot(*np.array([each.origin, point]).T, color=colour, linestyle=":")
     axes.plot(*np.transpose([point]), "o", color="black")
-    axes.text(*(point + 0.05 * reach), "P", ha="center")
+    axes.text(*(point + 0.25 * arm), "P", ha="center")
 
 
 def coins(panels, turns, title):

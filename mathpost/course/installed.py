@@ -15,7 +15,12 @@ def check(pins="../environment.txt"):
         if not line[:1].isalpha():
             continue
         need = Requirement(line.partition("#")[0])
-        applies = not need.marker or need.marker.evaluate({"extra": "course"})
-        if applies and metadata.version(need.name) not in need.specifier:
-            wrong.append(f"{need} was asked for, {metadata.version(need.name)} is here")
+        if need.marker and not need.marker.evaluate({"extra": "course"}):
+            continue
+        try:
+            here = metadata.version(need.name)
+        except metadata.PackageNotFoundError:
+            here = None
+        if here is None or here not in need.specifier:
+            wrong.append(f"{need} was asked for, {here or 'none'} is here")
     print("\n".join(wrong) or "all packages as asked for")
