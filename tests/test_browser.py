@@ -432,6 +432,9 @@ def test_a_page_asks_nobody_and_has_its_formulas(pages, path):
 def test_published_pages_move_without_a_network(offline, pages):
     for name in LIVE:
         offline.goto((pages / f"{name}.html").as_uri())
+        assert offline.locator("details[open]").count() == 0, "what answers a guess is folded"
+        assert "Write a guess in the place of None" not in offline.locator("body").inner_text()
+        offline.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
         found = lives(offline)
         assert found and all(view.moves() for view in found)
         formulas = offline.locator("math")

@@ -33,7 +33,7 @@ def gallery(kinematics, *, workpiece=40.0, tool=30.0, senses=False):
     if senses:
         text.append(("sense {:0}", symbols[2]))
         buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
-    height = 390 + 250 * ((len(drawn) - 1) // 3)
+    height = 390 + 170 * ((len(drawn) - 1) // 3)
     return formula(drawn, symbols, sliders, places, text, buttons=buttons, height=height, layout="column")
 
 

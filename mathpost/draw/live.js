@@ -214,14 +214,15 @@ class Scene {
         }
     }
     letters(ink, project, dpr) {
-        const shown = this.spec.labels.map((label) => project(label.body, label.at).slice(0, 2)), gap = 20 * dpr;
+        const shown = this.spec.labels.map((label) => project(label.body, label.at).slice(0, 2));
+        const size = min(14 * dpr, max(8 * dpr, this.canvas.height / 14)), gap = 1.45 * size; // small letters on a small picture
         for (let round = 0; round < 12; round++) for (let i = 0; i < shown.length; i++) for (let j = 0; j < i; j++) {
             const way = minus(shown[i], shown[j]), far = length(way);
             if (far >= gap) continue;
             const push = far > 1e-6 ? way.map((x) => x / far * (gap - far) / 2) : [gap / 2, 0];
             shown[i] = plus(shown[i], 1, push); shown[j] = minus(shown[j], push);
         }
-        Object.assign(ink, { font: `600 ${14 * dpr}px system-ui, sans-serif`, textAlign: "center", textBaseline: "middle", lineWidth: 4 * dpr });
+        Object.assign(ink, { font: `600 ${size}px system-ui, sans-serif`, textAlign: "center", textBaseline: "middle", lineWidth: 0.28 * size });
         this.canvas.written = shown;
         this.spec.labels.forEach((label, i) => {
             ink.strokeStyle = "#ffffffdd"; ink.strokeText(label.text, ...shown[i]);

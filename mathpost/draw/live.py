@@ -88,7 +88,7 @@ class Live:
     def _repr_html_(self):
         page = self.page().replace("&", "&amp;").replace("'", "&#39;")
         high = f"{self.height}px"  # on a narrow screen more, where a browser knows max()
-        high += f";height:max({high},min(660px,{self.height + 600}px - 100vw))"
+        high += f";height:max({high},min(860px,{self.height + 600}px - 100vw))"
         return (
             f'<div class="mathpost-live" style="position:relative;max-width:980px;height:{high}">'
             f"{self._still('max-width:100%;max-height:100%')}"
