@@ -1,4 +1,5 @@
 """What a control takes: its file of data, the blocks of a program, their writer and their reader.
 
 Read `control` first (a control is a file of words), then `blocks` (the moves of a program), `writer` and `reader`.
+`simulation` writes a folder in which a machine runs on LinuxCNC.
 """

@@ -60,7 +60,10 @@ class Control:
     linear: str  # modal word of a move at feed, or nothing
     rapid: str  # of a move in rapid traverse: modal if `linear` is, otherwise of its block
     rapid_interpolated: bool  # whether the axes arrive together then, on a line, and not each at its own rate
-    turning_feed: str  # what F is in a block with TCP that only turns: "degrees" a minute, "rates" of the axes
+    # What F is in a block with TCP that only turns: "degrees" a minute, "rates" of the axes. Or "time": every block
+    # that turns states its time, with TCP too, in which no axis exceeds its rate.
+    turning_feed: str
+    feed_stated: bool  # whether a move at feed must state one
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
     block_time: str  # word for the seconds of a block, or nothing
     compensation: str  # where its words stand, "before" or "behind" the positions
@@ -115,12 +118,12 @@ class Control:
         """An expression that one word fits, the longest of those that do, and the meaning of each of its groups."""
         known = dict(self.read)
         for command, meaning in (("TCP on", "TCP on"), ("TCP off", "TCP off")):
-            known |= {line.split()[0]: meaning for line in self.commands[command]}
+            known |= {line.split()[0] if "{" in line else line: meaning for line in self.commands[command]}
         for command, lines in self.commands.items():
             if re.match("spindle .|coolant|compensation|stop|optional", command):
                 known = {line.split()[0]: "skip" for line in lines} | known
         modes = zip(self.inverse_time, ("inverse time", "feed per minute"), strict=False)
-        known |= {word: meaning for word, meaning in [*modes, (self.linear, "linear")] if word}
+        known |= {word: meaning for word, meaning in [*modes, (self.linear, "linear")] if word} | self.read
         if self.modal:
             known[self.rapid] = "rapid"
         ordered = sorted(known.items(), key=lambda item: (-len(item[0]), item[0]))
@@ -237,7 +240,8 @@ def from_dict(content: dict, where: str = "control") -> Control:
         linear=motion.take("linear", *WORD, ""),
         rapid=motion.take("rapid", some_text, "the word of rapid traverse"),
         rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
-        turning_feed=motion.take("turning_feed", *one_of("degrees", "rates"), "degrees"),
+        turning_feed=motion.take("turning_feed", *one_of("degrees", "rates", "time"), "degrees"),
+        feed_stated=motion.take("feed_stated", TRUTH, "true or false", False),
         inverse_time=tuple(
             motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())
         ),

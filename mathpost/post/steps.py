@@ -23,7 +23,7 @@ from mathpost.post.motion import LIFTED, ON_PART, SAFE, Motion
 from mathpost.post.options import TOLERANCE, Options
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
-from mathpost.post.time_law import block_times
+from mathpost.post.time_law import block_times, tcp_times
 from mathpost.post.ways import Crossing, through_the_records, unbroken
 from mathpost.rotation import unit
 from mathpost.sources.yu_dan import lifted
@@ -319,7 +319,15 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     in_air = np.r_[motion.lifted[0], ~motion.in_cut] & ~plunge
     rapid = rapid | in_air if options.control.rapid_interpolated else rapid & ~in_air
     rapid[0] |= in_air[0]  # from where nobody knows, at the safe position
-    by_time = ((turning & ~np.isnan(feeds)) | in_air) & ~rapid & ~tcp
+    if options.control.feed_stated and (unfed := np.isnan(feeds) & ~rapid & ~in_air).any():
+        expected = f"a feed (FEDRAT), without which {options.control.name} moves nothing"
+        raise InputError(cl.where(record[unfed.argmax()]), expected, "none")
+    by_time = ((turning & ~np.isnan(feeds)) | in_air) & ~rapid
+    if options.control.turning_feed == "time":
+        within_rates = np.where(tcp[1:], tcp_times(kin, motion.joints), 0)
+        seconds = np.fmax(seconds, np.r_[np.nan, within_rates])
+    else:
+        by_time &= ~tcp
     if options.control.turning_feed == "degrees":
         only_turns = turning & tcp & np.r_[False, tcp[:-1] & (words[1:, :3] == words[:-1, :3]).all(axis=1)] & ~rapid
         degrees = np.r_[0.0, np.abs(np.diff(words[:, 3:], axis=0)).max(axis=1)]

@@ -19,6 +19,7 @@ from mathpost.post.proof import joints_of
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
 STILL = 1e-12  # mm/s or rad/s
 ROUNDING = 1e-12  # of w²: what changes less stays the same
+TCP_PARTS = 16  # of a move with TCP, that are looked at for the fastest of each axis
 LONG = 10_000  # moves; with more of them it pays to load Numba
 
 
@@ -99,6 +100,20 @@ def block_times(machine, joints, tip, feeds, in_cut):
     return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
 
 
+def tcp_times(kin: Kinematics, joints: np.ndarray) -> np.ndarray:
+    """Times (s) in which no axis exceeds its rate between joints (m, 5), mm and radians, where the tip is kept.
+
+    The tip is on the line and the angles turn evenly; X Y Z follow, and are faster in some parts than in others.
+    """
+    tip, times, before = kin.forward(joints)[0], np.zeros(len(joints) - 1), joints[:-1]
+    for part in np.arange(1, TCP_PARTS + 1) / TCP_PARTS:
+        angles = joints[:-1, 3:] + part * np.diff(joints[:, 3:], axis=0)
+        now = kin.close(tip[:-1] + part * np.diff(tip, axis=0), angles)
+        rates = np.abs(now - before) * TCP_PARTS / kin.machine.max_rates
+        times, before = np.fmax(times, np.fmax.reduce(rates, axis=1)), now
+    return times
+
+
 def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndarray, np.ndarray]:
     """Return what the blocks of a program ask: joints at their ends, (n, 5), and seconds of the moves, (n - 1,).
 
@@ -108,7 +123,7 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
     joints = joints_of(kin, blocks)
     at_feed = ~blocks.rapid[1:]
     seconds = block_times(kin.machine, joints, kin.forward(joints)[0], blocks.feeds[1:], at_feed)
-    if control.turning_feed == "degrees":
+    if control.turning_feed != "rates":
         steps = np.abs(np.diff(blocks.words, axis=0))
         only_turns = at_feed & blocks.tcp[1:] & blocks.tcp[:-1] & ~steps[:, :3].any(axis=1)
         degrees = np.where(only_turns, steps[:, 3:].max(axis=1), 0)

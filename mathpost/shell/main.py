@@ -19,7 +19,7 @@ COMMANDS = {  # a file of this folder each, and a line of help
     "plane": "a tilted plane in every control's words, and a machine's positions on it",
     "controls": "the controls that programs are written for, or the file of one to copy",
     "show": "a machine as a page that moves, with the signs of its axes in words",
-    "print": "forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX",
+    "print": "a machine's functions as JavaScript, C or LaTeX, or a folder that runs it on LinuxCNC",
     "assign": "lessons for students, without solutions",
     "grade": "a class's notebooks and workbooks: marks, mix-ups, what needs a look",
     "lessons": "run lessons anew and say what changed",

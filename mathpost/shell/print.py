@@ -1,8 +1,11 @@
-"""Forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX."""
+"""Forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX, or all that runs it on LinuxCNC."""
 
 import argparse
+import sys
 
 from mathpost import codegen, machine
+from mathpost.controls.simulation import write_folder
+from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.shell.options import FILE, MACHINE, OUTPUT, write
 
@@ -10,11 +13,18 @@ from mathpost.shell.options import FILE, MACHINE, OUTPUT, write
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     parser.add_argument("machine", **MACHINE)
-    parser.add_argument("--to", choices=codegen.LANGUAGES, required=True)
-    parser.add_argument(*OUTPUT, **FILE, help="by default standard output")
+    parser.add_argument("--to", choices=(*codegen.LANGUAGES, "linuxcnc"), required=True)
+    parser.add_argument(*OUTPUT, **FILE, help="by default standard output; for linuxcnc a folder")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the functions of a machine."""
-    write(options.output, codegen.machine(Kinematics(machine.load(options.machine)), options.to))
+    kin = Kinematics(machine.load(options.machine))
+    if options.to != "linuxcnc":
+        write(options.output, codegen.machine(kin, options.to))
+        return 0
+    if options.output is None:
+        raise InputError("-o", "a folder, for linuxcnc", "none")
+    for path in write_folder(kin, options.output):
+        print(path, file=sys.stderr)
     return 0

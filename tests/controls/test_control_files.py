@@ -13,6 +13,7 @@ from tests.independent import judge
 from tests.independent.machine_model import Model
 from tests.independent.reader import Setup
 from tests.independent.reader import read as read_independently
+from tests.independent.test_programs import spiral
 
 OWN = """name = "grblhal"
 inherits = "fanuc"
@@ -50,7 +51,7 @@ def test_a_control_of_the_users_own(own, name):
 
 
 @pytest.mark.parametrize("tcp", [False, True])
-@pytest.mark.parametrize("dialect", ["haas", "mazak"])
+@pytest.mark.parametrize("dialect", ["haas", "linuxcnc", "mazak"])
 @pytest.mark.parametrize("name", MACHINES)
 def test_other_controls_through_the_independent_reader(name, dialect, tcp):
     """Their programs go where the CL data say, read by what knows the manuals only."""
@@ -88,6 +89,31 @@ def test_a_control_that_inherits_from_itself_is_refused(tmp_path):
     path.write_text(f'inherits = "{path}"\nname = "a"\n', encoding="utf-8")
     with pytest.raises(InputError, match="inherits"):
         control.load(path)
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize("name", MACHINES)
+def test_linuxcnc_states_a_time_wherever_an_axis_turns(name, tcp):
+    """And TCP's slides keep their rates by it: of 200 parts of a move none is faster, by formulas of the tests."""
+    path = cldata.from_arrays(*spiral(records=13, radius=10), feed=60_000)
+    blocks = post.run(path, machine.load(name), dialect="linuxcnc", tcp=tcp).blocks
+    turning = (np.diff(blocks.words[:, 3:], axis=0) != 0).any(axis=1)
+    assert turning.any() and not np.isnan(blocks.seconds[1:][turning]).any()
+    model = Model(DATA / f"machines/{name}.toml")
+    for start, end, seconds in zip(blocks.words[:-1], blocks.words[1:], blocks.seconds[1:], strict=True):
+        if np.isnan(seconds):
+            continue
+        poses = start + np.linspace(0, 1, 201)[:, None] * (end - start)
+        if tcp:
+            noses = [model.nose_for(pose[:3], pose[3:]) for pose in poses]
+            poses = np.column_stack([noses, poses[:, 3:]])
+        rates = np.abs(np.diff(poses, axis=0)).max(axis=0) * 200 / seconds
+        assert (rates <= 1.01 * np.array([*model.rates.values()])[[2, 3, 4, 0, 1]]).all()
+
+
+def test_linuxcnc_without_a_feed_is_refused():
+    with pytest.raises(InputError, match=r"blade.cl, line 2, record 1: expected a feed \(FEDRAT\)"):
+        post.run(cldata.read(DATA / "cl/blade.cl"), machine.load("dmu50v"), dialect="linuxcnc")
 
 
 @pytest.mark.parametrize("name", control.names())

@@ -1,0 +1,145 @@
+"""A folder that runs a machine on LinuxCNC, in simulation: its kinematics as a module, and all that starts it."""
+
+import re
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from mathpost import codegen
+from mathpost.controls.control import control_for
+from mathpost.errors import InputError, OutputError
+from mathpost.files import read_text, write_text
+from mathpost.kinematics import Kinematics
+from mathpost.machine import UNITS
+
+TEMPLATES = Path(__file__).parent / "linuxcnc"
+RATE, ACCELERATION = 100.0, 1000.0  # mm or degrees per s and s², assumed where the machine file states none
+FAR = 1e6  # mm or degrees, for travel without an end
+
+
+def write_folder(kin: Kinematics, folder: str | Path) -> list[Path]:
+    """Write the files of `texts` to a folder, made if there is none; return their paths."""
+    folder, contents = Path(folder), texts(kin)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: not written, {error.strerror or error}") from None
+    for name, text in contents.items():
+        write_text(folder / name, text)
+    return [folder / name for name in contents]
+
+
+def texts(kin: Kinematics) -> dict[str, str]:
+    """Return the files that run a machine on LinuxCNC, name to content.
+
+    Joints are in machine coordinates, so that their travel is that of the machine file; G54 holds what the words of
+    a program count from. `InputError` is raised if a rotary axis is not called A, B or C.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> sorted(texts(Kinematics(machine.load("dmu50v"))))
+    ['README.txt', 'kins_dmu_50v_45_degree_b_tabl.c', 'machine.hal', 'machine.ini', 'machine.tbl', 'machine.var']
+    """
+    machine = kin.machine
+    control_for(machine, "linuxcnc")
+    for joint in machine.rotary:
+        if joint.name not in ("A", "B", "C"):
+            raise InputError("rotary axis name", "A, B or C, for LinuxCNC", repr(joint.name))
+    module = f"kins_{re.sub('[^a-z0-9]+', '_', machine.name.lower())[:24]}".strip("_")
+    zero = machine.slides
+    rates = _stated(machine.max_rates, RATE)
+    fields = {
+        "title": re.sub(r"[^\w ,.()+-]", " ", machine.name.encode("ascii", "replace").decode()),
+        "module": module,
+        "joints": len(machine.joint_names),
+        "printed": codegen.machine(kin, "c"),
+        "zero": ", ".join(f"{value + 0.0!r}" for value in zero.tolist()),
+        "angles": ", ".join(f"&world->{joint.name.lower()}" for joint in machine.rotary),
+        "letters": "".join(machine.joint_names),
+        "fastest": f"{2 * rates[:3].max():g}",
+        "turning": f"{2 * rates[3:].max():g}",
+        "length": f"{machine.tool_length:g}",
+        "origin": _words(machine.origin),
+        "offset": _words(zero),
+        "tables": _parameters(machine),
+    }
+    ini, hal = _filled("machine.ini", fields), _filled("machine.hal", fields)
+    offsets = [5220, *range(5221, 5227)]
+    values = [1, *zero.tolist(), 0, 0, 0]
+    return {
+        f"{module}.c": _filled("kinematics.c", fields),
+        "machine.ini": ini + _joints(machine, rates),
+        "machine.hal": hal
+        + "".join(
+            f"net joint{n} joint.{n}.motor-pos-cmd => joint.{n}.motor-pos-fb\n" for n in range(fields["joints"])
+        ),
+        "machine.tbl": "T1 P1 Z0 ;the length is in the kinematics and in G54\n",
+        "machine.var": "".join(f"{number}\t{value:.6f}\n" for number, value in zip(offsets, values, strict=True)),
+        "README.txt": _filled("README.txt", fields),
+    }
+
+
+def _filled(name, fields):
+    return Template(read_text(TEMPLATES / name)).substitute(fields)
+
+
+def _words(point):
+    return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
+
+
+def _stated(values, assumed):
+    """What the machine file states of each joint, mm and degrees, or what is assumed."""
+    return np.nan_to_num(np.asarray(values, float) * UNITS[: len(values)], nan=assumed)
+
+
+def _joints(machine, rates):
+    """The INI sections of axes and joints. Without TCP an axis is its joint, with TCP the tip: wide limits."""
+    limits = machine.limits.copy()
+    limits[:3] += machine.slides[:, None]
+    limits = np.clip(limits * UNITS[: len(limits), None], -FAR, FAR)
+    accelerations = _stated(machine.max_accelerations, ACCELERATION)
+    lines = []
+    for n, name in enumerate(machine.joint_names):
+        moved = [f"MAX_VELOCITY = {rates[n]:g}", f"MAX_ACCELERATION = {accelerations[n]:g}"]
+        low, high = limits[n]
+        lines += ["", f"[AXIS_{name}]", f"MIN_LIMIT = {-FAR:g}", f"MAX_LIMIT = {FAR:g}", *moved]
+        lines += ["", f"[JOINT_{n}]", f"TYPE = {'LINEAR' if n < 3 else 'ANGULAR'}"]
+        lines += [f"MIN_LIMIT = {low:.6g}", f"MAX_LIMIT = {high:.6g}", *moved]
+        lines += [
+            f"HOME = {np.clip(0, low, high):g}",
+            "HOME_SEQUENCE = 0",
+            "HOME_SEARCH_VEL = 0",
+            "HOME_LATCH_VEL = 0",
+        ]
+        lines += ["FERROR = 1000", "MIN_FERROR = 1000"]
+    return "\n".join(lines) + "\n"
+
+
+def _parameters(machine):
+    """What LinuxCNC's own module for two tables would have to be told, or why it does not fit."""
+    names = "".join(joint.name for joint in machine.rotary)
+    across = {"AC": 1, "BC": 0}.get(names)  # the linear axis that A or B lies across: Y or X
+    axes = np.array([joint.axis for joint in machine.rotary], float)
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    tables = all(joint.carries == "workpiece" for joint in machine.rotary)
+    if (
+        across is None
+        or not tables
+        or np.abs(axes).max(axis=1).min() < 1
+        or not axes[0, 1 - across]
+        or not axes[1, 2]
+    ):
+        own = "LinuxCNC's own xyzac-trt-kins and xyzbc-trt-kins"
+        return f"{own} are for two tables, A along X or B along Y\n   that carries C along Z: not for this machine."
+    tilt, turn = (np.array(joint.point, float) for joint in machine.rotary)
+    values = {f"{axis}-rot-point": value for axis, value in zip("xyz", turn, strict=True)}
+    values |= {f"{'xyz'[n]}-offset": (tilt - turn)[n] for n in (across, 2)}
+    told = ", ".join(f"{pin} {value:g}" for pin, value in values.items())
+    against = " and ".join(joint.name for joint, axis in zip(machine.rotary, axes, strict=True) if axis.sum() < 0)
+    sign = "turns the workpiece positively, as this machine does"
+    if against:
+        sign = f"turns the workpiece positively; here {against} does not (ISO 841): it would put the tip elsewhere"
+    own = f"xyz{names.lower()}-trt-kins"
+    return f"LinuxCNC's own {own} takes {told},\n   tool-offset from motion.tooloffset.z. It {sign}."
