@@ -125,6 +125,11 @@ def test_a_limit_of_the_one_axis_winds_it():
     assert np.degrees(chosen.joints[-1, 3]) == pytest.approx(350, abs=1e-4)
 
 
+def test_a_spreadsheet_of_its_words_is_refused(capsys):
+    assert main("check data/workbooks/right.xlsx --machine dividing_head".split()) == 2
+    assert "two rotary axes" in capsys.readouterr().err
+
+
 def test_the_page_and_the_detective():
     html = machine_page.page(HEAD)
     assert "always stands at 90.0° to the axis of A" in html and "X+ moves the table to the left" in html

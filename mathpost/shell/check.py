@@ -2,7 +2,8 @@
 
 import argparse
 
-from mathpost import workbook
+from mathpost import machine, workbook
+from mathpost.errors import InputError
 from mathpost.files import write_bytes
 from mathpost.shell.options import FILE, LANGUAGE, given, show_progress, vector
 
@@ -27,6 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print what is wrong; of a folder a table, with the progress on standard error."""
+    if options.machine is not None and len(machine.load(options.machine).rotary) < 2:
+        raise InputError("--machine", "a machine with two rotary axes", "one")
     name = options.task or ""
     said = workbook.task_file(name) if name.lower().endswith(".toml") else {"kind": name} if name else {}
     names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
