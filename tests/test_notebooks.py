@@ -56,6 +56,22 @@ def test_rhythm(path):
 
 
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
+def test_no_answer_is_seen_before_the_guess(path):
+    """Nothing that `reveal` says is stored; what else gives it away is closed, and its explanation folded."""
+    cells = read(path)["cells"]
+    for cell, following in zip(cells, [*cells[1:], {"source": ""}], strict=True):
+        if cell["cell_type"] == "code" and "exercise.reveal(" in "".join(cell["source"]):
+            shown = ["".join(output.get("text", "")) for output in cell["outputs"]]
+            assert not re.search(r"The answer:|You guessed", "".join(shown))
+            alone = len(shown) == 1 and all(line.startswith("Write a guess") for line in shown[0].splitlines())
+            closed = (
+                cell["metadata"].get("jupyter", {}).get("outputs_hidden") and "answer" in cell["metadata"]["tags"]
+            )
+            assert alone or closed, "".join(cell["source"])
+            assert not "".join(following["source"]).startswith("**What just happened"), "fold it"
+
+
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_the_syllabus_states_the_lessons_minutes(path):
     minutes = re.search(
         r"\*\*Time\*\*\D*(\d+)", "".join("".join(cell["source"]) for cell in read(path)["cells"][:3])
