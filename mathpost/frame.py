@@ -26,7 +26,11 @@ class Frame:
     """
 
     rotation: np.ndarray  # the child's axes, as columns, in the parent, shape (..., 3, 3)
-    origin: np.ndarray = (0.0, 0.0, 0.0)  # the child's in the parent, mm, shape (..., 3)
+    origin: np.ndarray | tuple[float, float, float] = (
+        0.0,
+        0.0,
+        0.0,
+    )  # the child's in the parent, mm, (..., 3)
     parent: str = ""  # a name, such as "MCS", or nothing
     child: str = ""  # the same, such as "WCS"
 

@@ -1,6 +1,6 @@
 """The moves of a program, as they are written and read back."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,7 +17,7 @@ class Blocks:
     seconds: np.ndarray  # shape (n,), of the block where inverse time is programmed, otherwise NaN
     rapid: np.ndarray  # shape (n,), whether in rapid traverse
     # Shape (n,) or one for all: whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI), not joints.
-    tcp: np.ndarray | bool = False
+    tcp: np.ndarray = field(default_factory=lambda: np.array(False))
     remarks: tuple = ()  # (number of the block that follows, a comment or a `path.modal.Command`)
 
     def __post_init__(self):

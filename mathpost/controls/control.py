@@ -83,7 +83,7 @@ class Control:
         """Return the lines of a `mathpost.path.modal.Command` that needs no move."""
         value = command.values[0] if command.values else None
         if command.kind == "verbatim":
-            return [value]
+            return [str(value)]
         lines = [] if command.values and value is None else self.lines(command.kind, *command.values)
         if command.kind in ("spindle", "coolant"):
             lines += self.lines(f"{command.kind} {command.values[-1]}")

@@ -22,8 +22,8 @@ def read(text: str, machine: Machine, control: Control | str = "heidenhain", *, 
     lines.take_all(text)
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
-    words, *columns = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
-    return Blocks(words.T, *columns)
+    words, feeds, seconds, rapid, tcp = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
+    return Blocks(words.T, feeds, seconds, rapid, tcp)
 
 
 class _Lines(bulk.Reader):

@@ -24,7 +24,7 @@ def write(
     control = control_for(machine, control)
     name = re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
     between, changes, switches = _between(control, machine, blocks)
-    rows, own = len(blocks.words), machine.program_head
+    rows, own = len(blocks.words), list(machine.program_head)
     if not own and not machine.program_foot:
         own = control.remark(MOTION_ONLY)
     stated = re.search(r"\d{1,4}", name)

@@ -32,7 +32,7 @@ STYLE = "font-family: monospace; white-space: pre-wrap"
 CLOSED = f'<details><summary>{{}}</summary><pre style="{STYLE}">{{}}</pre></details>'
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
-_tried = set()  # exercises with an attempt in this session
+_tried: set[str] = set()  # exercises with an attempt in this session
 _numbers = {"of": ""}  # the student whose numbers are used in this session
 
 

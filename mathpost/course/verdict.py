@@ -14,13 +14,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
+from typing import Any
 
 from mathpost.course.answers import Written
 from mathpost.course.typed import brief
 from mathpost.errors import InputError, MathpostError
 from mathpost.toml_table import read_toml
 
-EXERCISES = {}
+EXERCISES: dict[str, Any] = {}
 OPEN, WRONG, RIGHT = "not attempted yet", "not yet", "right"
 MIME = "application/vnd.mathpost+json"  # of the answer stored beside its verdict in a saved notebook
 UNREADABLE = "unreadable"

@@ -164,7 +164,7 @@ def _rotary(machine) -> Iterator[Cause]:
     """Sense, names, units and zeros of the rotary axes, and which carries which."""
     names = [each.name for each in machine.rotary]
     together = " and ".join(names)
-    each_and_all = [(n, name, "is", "") for n, name in enumerate(names)]
+    each_and_all: list[tuple[int | None, str, str, str]] = [(n, name, "is", "") for n, name in enumerate(names)]
     if len(names) > 1:
         each_and_all.append((None, together, "are", "s"))
     for n, name in enumerate(names):
@@ -172,18 +172,18 @@ def _rotary(machine) -> Iterator[Cause]:
         for degrees in (180, 90, -90):
             phrase = f"{name} is off by {degrees:+d} degrees"
             yield Cause(slip("zero", phrase, 0.1 * (degrees != 180)), _set("zero", n, float(degrees)))
-    for n, name, verb, plural in each_and_all:
+    for which, name, verb, plural in each_and_all:
         for factor, phrase in (
             (1 / MM_PER_INCH, f"the word{plural} {name} {verb} taken for mm and divided by 25.4"),
             (MM_PER_INCH, f"the word{plural} {name} {verb} taken for inches and multiplied by 25.4"),
         ):
-            yield Cause(slip("inch", phrase), _set("factor", n, factor))
+            yield Cause(slip("inch", phrase), _set("factor", which, factor))
         degree = np.degrees(1)
-        yield Cause(slip("radians", f"the degrees of {name} are taken for radians"), _set("factor", n, degree))
+        yield Cause(slip("radians", f"the degrees of {name} are taken for radians"), _set("factor", which, degree))
         yield Cause(
-            slip("radians", f"{name} {verb} converted to radians twice", 0.2), _set("factor", n, 1 / degree)
+            slip("radians", f"{name} {verb} converted to radians twice", 0.2), _set("factor", which, 1 / degree)
         )
-        yield Cause(slip("left-out", f"{name} {verb} left out"), _set("factor", n, 0.0))
+        yield Cause(slip("left-out", f"{name} {verb} left out"), _set("factor", which, 0.0))
     if len(names) < 2:
         return
     first, second = names

@@ -48,7 +48,7 @@ class Arrangement:
     into: dict  # body → 4×4 matrix from the machine's coordinates to its own
     solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
     lines: dict = field(default_factory=dict)  # joint → ends of its axis (2, 3), in its body's coordinates
-    plate: np.ndarray = None  # the bed's corners (8, 3)
+    plate: np.ndarray | None = None  # the bed's corners (8, 3)
     retreat: float = 0.0  # mm, how far the tool's slides go back at most when the rotary axes turn about the tip
 
     def hull(self, body, shade, *corners):

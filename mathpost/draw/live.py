@@ -42,7 +42,7 @@ class Live:
     state: dict  # for `live.js`: kind, sliders, texts; the scenes are added here
     machines: list  # printed functions (`mathpost.codegen`), one text per machine
     readings: str  # the numbers at the start, as text
-    scenes: list = ()  # of `Scene`
+    scenes: list | tuple = ()  # of `Scene`
     figure: object = None  # of matplotlib, as it is at the start
     height: int = 440  # pixels on the page
     layout: str = "row"  # the controls beside the picture, or under it: "column"

@@ -37,7 +37,7 @@ class Line:
     halo: bool = False
     over: bool = False
     dot: bool = False
-    points: list = ()
+    points: list | tuple = ()
 
 
 @dataclass

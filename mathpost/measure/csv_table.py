@@ -33,8 +33,19 @@ OTHER_WORDS = {  # what people call a column
     "run": ("次数",),
 }
 # Columns that are not read: remarks, numbers of rows, times and temperatures.
-ASIDE = ("remark", "remarks", "comment", "note", "备注", "说明", "bemerkung", "no", "nr", "#", "index", "序号")
-ASIDE += (
+ASIDE = (
+    "remark",
+    "remarks",
+    "comment",
+    "note",
+    "备注",
+    "说明",
+    "bemerkung",
+    "no",
+    "nr",
+    "#",
+    "index",
+    "序号",
     "time",
     "date",
     "timestamp",

@@ -1,8 +1,10 @@
 """Where a machine can stand for one tool tip and tool axis, and which of these positions each control takes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import ReachError, as_array
 from mathpost.frame import Frame
@@ -10,7 +12,7 @@ from mathpost.kinematics import Kinematics
 from mathpost.plane import positioning
 from mathpost.rotation import unit
 
-CONTROLS = {
+CONTROLS: dict[str, Callable] = {
     "Fanuc G53.1": positioning.fanuc,
     "Heidenhain PLANE": positioning.heidenhain,
     "Siemens _DIR -1": lambda alignment, present: positioning.siemens(alignment, present, -1),
@@ -57,7 +59,7 @@ def at(kinematics: Kinematics, joints: np.ndarray) -> Position:
 
 
 def positions(
-    kinematics: Kinematics, tip: np.ndarray, axis: np.ndarray, present: np.ndarray | None = None
+    kinematics: Kinematics, tip: np.ndarray, axis: np.ndarray, present: ArrayLike | None = None
 ) -> list[Position]:
     """Return every `Position` that puts the tip at `tip` and the tool along `axis`, those inside travel first.
 
@@ -83,7 +85,7 @@ def positions(
         choices = [joint.turns(angle, now) for joint, angle, now in zip(rotary, angles, present, strict=True)]
         grid = np.meshgrid(*choices, indexing="ij")
         found += [angles for angles in np.stack(grid, axis=-1).reshape(-1, len(rotary))]
-    apart = []
+    apart: list[np.ndarray] = []
     for angles in sorted(found, key=lambda angles: (np.abs(angles - present).round(6)).sum()):
         if not any(np.abs(angles - other).max() < np.degrees(SAME) for other in apart):
             apart.append(angles)
@@ -92,7 +94,7 @@ def positions(
     return sorted(listed, key=lambda position: len(position.reasons))
 
 
-def taken(kinematics: Kinematics, axis: np.ndarray, present: np.ndarray | None = None) -> dict[str, Taken]:
+def taken(kinematics: Kinematics, axis: np.ndarray, present: ArrayLike | None = None) -> dict[str, Taken]:
     """Return what each control takes for a tool axis from the rotary angles `present`, degrees, by default 0.
 
     Examples

@@ -58,7 +58,7 @@ class Plane:
 
     notation: str  # one of `NOTATIONS`
     values: np.ndarray  # in the order of the words, degrees, shape (..., 3); of PLANE VECTOR no unit, (..., 6)
-    origin: np.ndarray = (0.0, 0.0, 0.0)  # the feature's in the workpiece, mm, shape (..., 3)
+    origin: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)  # in the workpiece, mm, (..., 3)
     keep: str = ""
 
     def __post_init__(self):

@@ -88,7 +88,7 @@ class Options:
         >>> Options.of(machine.load("dmu50v"), dialect="fanuc", singular="retract").passing.singular
         'retract'
         """
-        nested = {"choosing": Choosing, "passing": Passing}
+        nested: dict[str, Any] = {"choosing": Choosing, "passing": Passing}
         values: dict[str, Any] = {}
         for name, kind in nested.items():
             values[name] = kind(**{each.name: given.pop(each.name) for each in fields(kind) if each.name in given})

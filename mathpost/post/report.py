@@ -165,8 +165,8 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
     if swings.max(initial=0) > 90:
         record = path.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
-    rapid = np.flatnonzero(motion.in_cut & ~motion.at_feed(path.cl))
-    worst = np.degrees(proof.strays(path.kin, path.cl, motion, rapid)[1].max(initial=0))
+    moves = np.flatnonzero(motion.in_cut & ~motion.at_feed(path.cl))
+    worst = np.degrees(proof.strays(path.kin, path.cl, motion, moves)[1].max(initial=0))
     if worst > 0.1:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     if commands(path.cl.remarks, "tool") and not approaches(path.kin.machine, options):

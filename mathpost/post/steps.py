@@ -121,7 +121,8 @@ def plan(
     motion, free = cross(path, chosen, found, options)
     motion = keep_axis(path, motion, free, options)
     motion = keep_tip(path, motion, options)
-    before, cautions = None, ()
+    before: proof.Proof | None = None
+    cautions: tuple[str, ...] = ()
     if options.real is not None:
         before = uncompensated(path, motion, options)
         motion, cautions = compensate(path, motion, options.real)

@@ -1,6 +1,7 @@
 """Which misreading of the convention gives this number?"""
 
 import argparse
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from mathpost.plane import pose
 from mathpost.shell.options import FILE, number
 from mathpost.shell.pose import control_lines, position_rows
 
-THREE = {"nargs": 3, "type": number}
-ROW = {"nargs": "+", "type": number, "action": "append"}
+THREE: dict[str, Any] = {"nargs": 3, "type": number}
+ROW: dict[str, Any] = {"nargs": "+", "type": number, "action": "append"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,14 +6,15 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from mathpost.errors import InputError
 from mathpost.files import write_text
 
 OUTPUT = ("-o", "--output")
-FILE = {"type": Path, "metavar": "FILE"}
-MACHINE = {"type": Path, "metavar": "MACHINE", "help": "machine file, TOML"}
-LANGUAGE = {"choices": ("en", "zh"), "default": "en", "help": "of the table"}
+FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
+MACHINE: dict[str, Any] = {"type": Path, "metavar": "MACHINE", "help": "machine file, TOML"}
+LANGUAGE: dict[str, Any] = {"choices": ("en", "zh"), "default": "en", "help": "of the table"}
 
 
 def vector(text: str) -> tuple[float, ...]:
@@ -68,7 +69,7 @@ def plain(value: float, decimals: int = 4) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def degrees(default: float) -> dict:
+def degrees(default: float) -> dict[str, Any]:
     """An angle in degrees whose default is in radians."""
     return {"type": float, "default": round(math.degrees(default), 9), "metavar": "DEG"}
 

@@ -3,6 +3,7 @@
 import argparse
 import json
 import re
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from mathpost.rotation import wrap
 from mathpost.shell.options import FILE, count_of, named, number, plain
 from mathpost.shell.pose import control_lines, position_rows
 
-THREE = {"nargs": 3, "type": number}
+THREE: dict[str, Any] = {"nargs": 3, "type": number}
 SAME = 1e-6  # degrees between two angles that are one
 SEEN = 10.0  # mm from the plane's origin along its X: where that would be with a wrong K
 
@@ -65,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
             "",
             *_machine_lines(kinematics, plane, found, left),
             "",
-            *control_lines(kinematics, found, present, taken),
+            *control_lines(kinematics, found, present.tolist(), taken),
         ]
     print(
         json.dumps(answer, default=np.ndarray.tolist, ensure_ascii=False, indent=1)

@@ -3,6 +3,7 @@
 import argparse
 import json
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from mathpost.kinematics import Kinematics
 from mathpost.plane import pose
 from mathpost.shell.options import MACHINE, columns, count_of, named, number
 
-THREE = {"nargs": 3, "type": number}
+THREE: dict[str, Any] = {"nargs": 3, "type": number}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
