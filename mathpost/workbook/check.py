@@ -74,7 +74,11 @@ def _checked(path, task):
     others = Beside(judge)
     problems = [*_problems(judge, others), *doubts_of_inputs(graph, found, judge.units)]
     seen, unclear = [*_recognised(judge), *problems], problems or judge.reading or not found.calculations
-    return _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
+    report = _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
+    results = {graph.address(p) for c in found.calculations for p in c.results}
+    right = {cell.cell for cell in report.cells if cell.status == RIGHT}
+    report.beside = not (report.faults or unclear) and report.verdict == UNCLEAR and results <= right
+    return report
 
 
 def _graph(book):
@@ -192,7 +196,7 @@ def _ready_cells(graph, turning=()):
     result = next((line for line in lines[::-1] if line not in (angles, point)), None)
     named = {"angles": angles, "point": point, "result": result}
     text = ",".join(f"{name}={graph.range(line) if line else 'A1:A3'}" for name, line in named.items())
-    return f"where it stands can be said: --cells {text!r}"
+    return f"no result recognised; say where it is: --cells {text!r}, --task FILE or KIND"
 
 
 def _lucky_references(graph, judge):

@@ -52,6 +52,8 @@ class FileReport:
         Addresses of the others.
     seen, warnings : list of str
         What was recognised, with addresses; what deserves a look.
+    beside : bool
+        Whether all results are right, and only cells beside them are not checked.
     """
 
     path: Path
@@ -61,6 +63,7 @@ class FileReport:
     not_checked: list = field(default_factory=list)
     seen: list = field(default_factory=list)
     warnings: list = field(default_factory=list)
+    beside: bool = False
     total = property(lambda self: len(self.cells))
     checked = property(lambda self: sum(cell.status != UNCLEAR for cell in self.cells))
 
@@ -81,7 +84,8 @@ class FileReport:
         follow = sum(cell.status == CONSEQUENCE for cell in self.cells)
         lines += [f"{follow} cells follow from that"] * bool(follow and self.faults)
         some = self.not_checked[:12] + ["…"] * (len(self.not_checked) > 12)
-        lines += [f"not checked: {', '.join(some)}"] * bool(some)
+        said = "results right; not judged" if self.beside else "not checked"
+        lines += [f"{said}: {', '.join(some)}"] * bool(some)
         lines += [f"seen: {text}" for text in self.seen[:8]]
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings[:8])])
 

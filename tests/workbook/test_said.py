@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from mathpost.euler import matrix
-from mathpost.workbook import Task
+from mathpost.workbook import Task, check_file
 from mathpost.workbook.meaning.texts import reading
 from tests.workbook.test_around import ROWS, _table
 from tests.workbook.test_strange_sheets import _check
+from tests.workbook.test_strangers import SHEETS, workbook
 
 
 @pytest.mark.parametrize(
@@ -183,3 +184,16 @@ def test_what_lost_all_its_dollars_is_one_slip(tmp_path):
     cells["D9"] = "=F3*$A9+G3*$B9+H3*$C9"
     report = _check(tmp_path, cells)
     assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!D9", "missing $"), report
+
+
+def test_what_is_not_judged_is_said_in_one_of_two_sentences(tmp_path):
+    (title, cells), *_ = SHEETS["u001"]["sheets"].items()
+    pages = (
+        (cells | {"B26": "=E3*E20+7"}, "results right; not judged: Sheet1!B26"),
+        ({"A1": "Lab", "B3": 30, "C3": "=B3*2"}, "no result recognised; say where it is: --cells"),
+    )
+    for page, said in pages:
+        workbook(SHEETS["u001"] | {"sheets": {title: page}}).save(tmp_path / "sheet.xlsx")
+        report = check_file(tmp_path / "sheet.xlsx")
+        assert report.status == 2 and said in str(report)
+        assert report.beside == said.startswith("results right")
