@@ -20,6 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--origin", type=vector, metavar="X,Y,Z", help="to be found in the input cells")
     add("--cells", type=_cells, metavar="NAME=RANGE,…", help="angles=B2:B4,point=C2:C4,result=D2:D4")
     add("--machine", **FILE, help="machine file: a table of CL data and NC words")
+    add("--why", metavar="CELL", help="which rule gave the verdict of a cell, and the values it used")
     add("--marked", **out, help="copy with coloured cells; of a folder, a folder")
     add("--csv", **out, help="the table of a folder")
     add("--html", **out, help="the table of a folder")
@@ -37,6 +38,9 @@ def run(options: argparse.Namespace) -> int:
     if not options.path.is_dir():
         report = workbook.check_file(options.path, task)
         print(report)
+        if options.why is not None:
+            known = report.explain(options.why) if report.explain else ["numbers without formulas: see above"]
+            print("\n".join(known))
         if options.marked is not None:
             workbook.mark(report, options.marked)
         return report.status

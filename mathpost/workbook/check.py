@@ -20,6 +20,7 @@ from mathpost.workbook.task import Task
 from mathpost.workbook.verdict.beside import Beside
 from mathpost.workbook.verdict.inputs import doubts_of_inputs
 from mathpost.workbook.verdict.judge import Judge
+from mathpost.workbook.verdict.reason import reason
 from mathpost.workbook.verdict.values import check_values
 
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
@@ -77,6 +78,13 @@ def _checked(path, task):
     report = _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
     results = {graph.address(p) for c in found.calculations for p in c.results}
     right = {cell.cell for cell in report.cells if cell.status == RIGHT}
+    status = {cell.place: cell.status for cell in report.cells}
+
+    def explain(text):
+        (place, *_) = graph.named("why", text).places
+        return reason(judge, others, place, status.get(place))
+
+    report.explain = explain
     report.beside = not (report.faults or unclear) and report.verdict == UNCLEAR and results <= right
     return report
 

@@ -54,6 +54,9 @@ class FileReport:
         What was recognised, with addresses; what deserves a look.
     beside : bool
         Whether all results are right, and only cells beside them are not checked.
+    explain : callable or None
+        ``explain("B5")`` returns lines on the rule that judged a cell, and the values that it used; None where
+        nothing was calculated.
     """
 
     path: Path
@@ -64,6 +67,7 @@ class FileReport:
     seen: list = field(default_factory=list)
     warnings: list = field(default_factory=list)
     beside: bool = False
+    explain: object = field(default=None, repr=False, compare=False)
     total = property(lambda self: len(self.cells))
     checked = property(lambda self: sum(cell.status != UNCLEAR for cell in self.cells))
 

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from mathpost.__main__ import main
 from mathpost.euler import matrix
 from mathpost.workbook import Task, check_file
 from mathpost.workbook.meaning.texts import reading
 from tests.workbook.test_around import ROWS, _table
 from tests.workbook.test_strange_sheets import _check
-from tests.workbook.test_strangers import SHEETS, workbook
+from tests.workbook.test_strangers import ROOT, SHEETS, workbook
 
 
 @pytest.mark.parametrize(
@@ -184,6 +185,22 @@ def test_what_lost_all_its_dollars_is_one_slip(tmp_path):
     cells["D9"] = "=F3*$A9+G3*$B9+H3*$C9"
     report = _check(tmp_path, cells)
     assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!D9", "missing $"), report
+
+
+@pytest.mark.parametrize(
+    ("cell", "rule"),
+    [
+        ("F21", "rule: a fault, typed over formula"),
+        ("J22", "asked for at these inputs: "),
+        ("A14", "it is on the way to ZXZ!J20"),
+        ("C5", "it is given, and was varied at random"),
+        ("A1", "it is no number that follows"),
+    ],
+)
+def test_the_rule_that_judged_a_cell(cell, rule, capsys):
+    assert main(["check", str(ROOT / "data/workbooks/typed_sign.xlsx"), "--why", cell]) == 1
+    said = capsys.readouterr().out.splitlines()[-3:]
+    assert any(line.startswith(f"ZXZ!{cell} is ") for line in said) and rule in said[-1]
 
 
 def test_what_is_not_judged_is_said_in_one_of_two_sentences(tmp_path):
