@@ -179,8 +179,9 @@ def _calibration(problem, solution, bar):
     rows.append(slice(rows[-1].stop, len(solution.rows)))  # what was known before
     freedom = [*solution.freedom, np.inf]
     parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(rows, freedom, strict=True)]
+    parts.append((solution.whole - solution.covariance, np.inf))  # of what nobody measured
     deviations = np.zeros(problem.count)
-    deviations[solution.kept] = np.sqrt(np.diag(solution.covariance))
+    deviations[solution.kept] = np.sqrt(np.diag(solution.whole))
     names = {name: n for n, name in enumerate(problem.names)}
     values = {name: float(solution.x[n]) for name, n in names.items() if n in solution.kept}
     tables = tuple(

@@ -6,7 +6,7 @@ rest, with a reading of its own: nothing ± a standard uncertainty, [unmeasured]
 Where the readings determine it, they overrule that; where they do not, it is in the uncertainty of all the rest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -72,6 +72,12 @@ class Solution:
     residuals: np.ndarray  # of the readings
     sigmas: np.ndarray
     freedom: list  # of the noise of each source
+    bias: np.ndarray | float = 0.0  # what the estimate moves by one standard uncertainty of each error left out
+
+    @property
+    def whole(self):
+        """The covariance of the unknowns kept, with that of the errors that were left out."""
+        return self.covariance + np.dot(self.bias, np.transpose(self.bias))
 
     @property
     def spare(self):
@@ -134,8 +140,8 @@ class Problem:
         """Return the `Solution`, and what it shows of what nobody measured: sizes by name, see `_shown`.
 
         First everything is taken for measured. If the readings speak against that, the errors that nobody measured
-        have their part in the noise, too. In either case they widen the uncertainty by what the readings leave of
-        them.
+        are sought and have their part in the noise. If not, they widen the uncertainty, by what the readings leave
+        of them.
         """
         given = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in self.sources]
         given = np.concatenate(given)
@@ -148,22 +154,28 @@ class Problem:
             found = self._noise(more, given)
             if found is not None and self._speaks_for(found, noise):
                 noise = found
-        sought = sorted({*noise.kept, *self._sought(effects=True)})
-        if noise is plain:
-            self._shrink(sought, noise.sigmas)
-        found = self._estimate(sought, noise.sigmas, noise.freedom)
+        sought, others = noise.kept, [n for n in self._sought(effects=True) if n not in noise.kept]
+        if others:
+            self._shrink(sorted([*sought, *others]), noise.sigmas)
+        found = self._with_bias(noise, others)
         self.about = {name: 0.0 if self.determined(found, name) else at for name, at in self.about.items()}
         x = self._exact(sought, noise.sigmas, found.x)
         self.linear = x, *self.predict(range(self.count), x)
-        found = self._estimate(sought, noise.sigmas, noise.freedom)
+        found = self._with_bias(self._estimate(sought, noise.sigmas, noise.freedom), others)
         return found, {} if noise is plain else self._shown(found)
+
+    def _with_bias(self, found, others):
+        """The estimate with what the unknowns `others`, taken for nothing, may have moved it by."""
+        rows = found.rows[: len(found.sigmas)]
+        moved = self.linear[2][:, others] * self.prior[others] / found.sigmas[:, None]
+        return replace(found, bias=found.covariance @ (rows.T @ moved))
 
     def determined(self, found, name):
         """Whether the readings, not what was assumed, say what an unknown of the geometry is."""
         index = self.names.index(name)
         if index not in found.kept:
             return False
-        deviation = np.sqrt(found.covariance[(found.kept.index(index),) * 2])
+        deviation = np.sqrt(found.whole[(found.kept.index(index),) * 2])
         return bool(deviation <= DETERMINED * self.prior[index])
 
     def _sought(self, effects=False, drift=False):

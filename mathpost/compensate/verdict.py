@@ -77,6 +77,8 @@ class _File:
         self.sigma = float(solution.sigmas[own.start])
         self.spare = np.clip(solution.spare[own], 1e-9, None)
         self.free = float(self.spare.sum())
+        # A row that pulls the unknowns away from what was known of them shows there, too.
+        self.known = float(((solution.rows[len(solution.residuals) :] @ solution.x[solution.kept]) ** 2).sum())
 
     def noise(self):
         """Doubts about its size: above what was stated or what the method has, or below what anything has."""
@@ -105,7 +107,7 @@ class _File:
         if free < 4 or self.sigma < SMALLEST:
             return []
         if np.isfinite(self.freedom):  # against the noise of the others
-            rest = max((free - square) / (free - 1), 1e-12)
+            rest = max(float((self.scaled**2).sum()) + self.known - square, 1e-6) / (free - 1)
             chance = 2 * scipy.stats.t.sf(np.sqrt(square / rest), free - 1) * len(studentized)
             less = np.sqrt(rest)
         else:

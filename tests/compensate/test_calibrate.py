@@ -181,7 +181,7 @@ def test_the_formula_of_one_method_finds_what_the_chain_finds():
         assert pytest.approx(by_chain[other].U, rel=0.01) == by_formula.expanded(name).U
     by_formula = probing.identify(probing.read(data / "probing_a_axis.csv"))
     by_chain = calibrate(table, [data / "probing_a_axis.csv"])
-    assert by_chain.machine.rotary[0].point[1:] == pytest.approx([by_formula["yc"], by_formula["zc"]], abs=2e-3)
+    assert by_chain.machine.rotary[0].point[1:] == pytest.approx([by_formula["yc"], by_formula["zc"]], abs=3e-3)
     # Squareness, A's own positioning and the scale of the slides, which the formula takes for nothing, are in U.
     assert by_chain["EZ0A"].U > 1.5 * by_formula.expanded("zc").U
     by_formula = tip.identify(tip.read(data / "rtcp_tip.csv"))
