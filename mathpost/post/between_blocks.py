@@ -18,7 +18,10 @@ AIR = 0.1  # of the clearance, how far a lifted tip may stray
 
 
 def axis_lag(kin, cl, start, end, place, place_after):
-    """How far the tool axis is at most, radians, from where `cl` has it at the same part of each move."""
+    """How far the tool axis is at most, radians, from where `cl` has it at the same part of each move.
+
+    Not less than its distance from the arc between the records, which is what a proof measures.
+    """
     error = np.zeros(len(start))
     for moves, t, _, axis in sampled(kin, start, end):
         _, wanted = cl.at(place[moves] + t * (place_after - place)[moves])
@@ -49,8 +52,8 @@ def follow(kin, cl, motion, tolerance, *, free=False):
         lost = moves[np.linalg.norm(end - start, axis=1) < LOST * tolerance]
         if lost.size:
             strayed, most = np.degrees([error[lost[0]], tolerance])
-            where = f"{cl.where(place[lost[0] + 1])}: on its way there the tool axis strays"
-            far = f"{strayed:.3f}° from its great circle, more than {most:.2g}°"
+            where = f"{cl.where(place[lost[0] + 1])}: on its way there the tool axis lags"
+            far = f"by {strayed:.3f}° on its great circle, more than {most:.2g}°"
             raise ReachError(f"{where} {far}, however often the move is divided")
         of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, singular.STILL * tolerance)
         of, at = moves[of], place[moves[of]] + at * np.diff(place)[moves[of]]

@@ -22,6 +22,7 @@ FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
 BODY = 5.0  # mm, assumed: the radius of the tool's body,
 LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
+PLACE_DIGITS = 9  # of a place on the CL path: what rounding adds to that of a record does not count
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
@@ -48,10 +49,21 @@ def deviation(kin, start, end, *, tips=None, axes=None, least=2):
 
 
 def strays(kin, cl, motion, moves=slice(None)):
-    """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`."""
+    """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`.
+
+    The tool axis is measured from the whole arc between two records, wherever on it the blocks are. How far it is
+    from where `cl` has it at the same part of the way is the lag, see `mathpost.post.between_blocks.axis_lag`.
+    """
     starts, ends = motion[:-1][moves], motion[1:][moves]
-    tips, axes = zip(*(cl.at(poses.place) for poses in (starts, ends)), strict=True)
-    return deviation(kin, starts.joints, ends.joints, tips=tips, axes=axes)
+    tips = [cl.at(poses.place)[0] for poses in (starts, ends)]
+    return deviation(kin, starts.joints, ends.joints, tips=tips, axes=arcs(cl, starts.place, ends.place))
+
+
+def arcs(cl, place, place_after):
+    """The tool axes of the records before and after each move, (2, m, 3): the ends of its arc."""
+    before = np.floor(np.round(place, PLACE_DIGITS)).astype(int)
+    after = np.ceil(np.round(place_after, PLACE_DIGITS)).astype(int)
+    return cl.axes[before], cl.axes[after]
 
 
 def stray(kind, kin, start, end, path=None, least=2):
@@ -82,10 +94,11 @@ def true_tip(kin, joints, *, samples=24):
 
 
 def largest(kind, kin, joints, path, most, *, least=2):
-    """How far the tip (`kind` 0) or the tool axis (1) strays at most from `path` (n, 3), and the first such move.
+    """How far the tip (`kind` 0) or the tool axis (1) strays at most from its path, and the first such move.
 
-    `most`, shape (n - 1,), is how far each move may stray, from `bounds`; infinite where that is not known,
-    negative for moves that do not count. What the samples may miss is added.
+    `path`, (2, n - 1, 3), has the ends of the segment or arc that each move of the joints (n, 5) should follow;
+    `most`, shape (n - 1,), is how far each may stray, from `bounds`; infinite where that is not known, negative for
+    moves that do not count. What the samples may miss is added.
     """
     if not len(most):
         return 0.0, -1
@@ -93,7 +106,7 @@ def largest(kind, kin, joints, path, most, *, least=2):
     promising = most >= np.partition(most, -few)[-few]
     for some in (promising, ~promising):
         moves = np.flatnonzero(some & (most > found.max()))
-        ends = path[moves], path[moves + 1]
+        ends = path[0][moves], path[1][moves]
         strayed = stray(kind, kin, joints[moves], joints[moves + 1], ends, least)
         found[moves] = np.minimum(strayed, bound[moves])
     error = min(found.max() + (RESOLUTION, AXIS_RESOLUTION)[kind], bound.max())
@@ -186,7 +199,7 @@ class Proof:
     tip_error: float  # largest at the records, mm,
     axis_error: float  # and of the tool axis, degrees
     path_tip_error: float  # from the CL segments, mm
-    path_axis_error: float  # from the great circles, degrees
+    path_axis_error: float  # from the great circle arcs between the records, degrees
     worst_record: int  # (from 1) that the largest tip error of the path comes before or at
 
 
@@ -243,11 +256,12 @@ def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
     most[1, ~motion.at_feed(cl)] = -1
     if not rapid_interpolated:
         off[blocks.rapid[1:]], most[:, blocks.rapid[1:]] = 0, -1
-    path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
+    between = arcs(cl, motion.place[:-1], motion.place[1:])
+    path_axis, _ = largest(1, machine, joints, between, most[1], least=least)
     if blocks.tcp[on_part].any():  # the control keeps the tip on the straight line between the blocks
         path_tip, worst = off.max(initial=0), int(off.argmax()) if moves else -1
     else:
-        path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
+        path_tip, worst = largest(0, machine, joints, (tips[:-1], tips[1:]), most[0], least=least)
 
     axis_error = np.degrees(2 * np.arcsin(min(chord / 2, 1)))
     return Proof(

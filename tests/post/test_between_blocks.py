@@ -158,7 +158,7 @@ def test_the_largest_is_that_of_all_moves(kin, turn, off):
         for kind, path in enumerate((tips, axes)):
             wanted = np.where(most[kind] < 0, 0, expected[kind])
             for known in (most[kind], np.where(most[kind] < 0, -1, np.inf)):
-                error, move = largest(kind, kin, joints, path, known.copy())
+                error, move = largest(kind, kin, joints, (path[:-1], path[1:]), known.copy())
                 assert wanted.max() * (1 - 1e-9) <= error <= wanted.max() + (RESOLUTION, AXIS_RESOLUTION)[kind]
                 assert move == wanted.argmax()
 
@@ -171,14 +171,15 @@ def test_few_moves_are_looked_at(dmu50v, monkeypatch):
         "sampled",
         lambda kin, start, *rest, **more: looked.append(len(start)) or sampled(kin, start, *rest, **more),
     )
-    largest(0, dmu50v, joints, tips, most[0])
+    largest(0, dmu50v, joints, (tips[:-1], tips[1:]), most[0])
     assert len(joints) == 400 and len(looked) == 2 and sum(looked) < 100
 
 
 def test_no_moves_counted(dmu50v):
     joints, tips, *_ = paths(dmu50v, 1, 0.01, 1e-3)
-    assert largest(0, dmu50v, joints, tips, np.full(len(joints) - 1, -1.0)) == (0, 0)
-    assert largest(0, dmu50v, joints[:1], tips[:1], np.empty(0)) == (0, -1)
+    path = tips[:-1], tips[1:]
+    assert largest(0, dmu50v, joints, path, np.full(len(joints) - 1, -1.0)) == (0, 0)
+    assert largest(0, dmu50v, joints[:1], (tips[:0], tips[:0]), np.empty(0)) == (0, -1)
 
 
 unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)

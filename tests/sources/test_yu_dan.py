@@ -8,8 +8,9 @@ from scipy.interpolate import CubicSpline
 from mathpost.errors import MathpostError
 from mathpost.formula import numeric
 from mathpost.post import selection
-from mathpost.post.between_blocks import linearize, subdivide
+from mathpost.post.between_blocks import axis_lag, linearize, subdivide
 from mathpost.post.proof import deviation
+from mathpost.post.ways import Crossing
 from mathpost.sources import yu_dan
 from mathpost.sources.yu_dan import equation_8, paper_clamped, paper_cubic
 from tests.conftest import DATA
@@ -182,3 +183,21 @@ def test_lifted_along_the_tool_axis_and_back(kin):
     (tip, axis), (moved, _) = kin.forward(joints), kin.forward(yu_dan.lifted(kin, joints, 5.0))
     np.testing.assert_allclose(moved - tip, 5 * axis, atol=1e-9)
     np.testing.assert_allclose(yu_dan.lifted(kin, yu_dan.lifted(kin, joints, 5.0), -5.0), joints, atol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "arc", "lag"), [("linear", 2.548, 2.641), ("cubic", 1.384, 1.555)])
+def test_the_arc_and_the_lag_are_two_numbers(dmu50v, blade, name, arc, lag):
+    """By dense sampling and dot products: the distance from the arc, and the angle at equal virtual time."""
+    way = Crossing(dmu50v, blade, selection.choose(dmu50v, blade).joints, (1, 2)).way(name)
+    start, end = blade.axes[1:3]
+    turn = np.arccos(start @ end)
+    fine = np.linspace(0, 1, 20001)[:, None]
+    circle = (np.sin((1 - fine) * turn) * start + np.sin(fine * turn) * end) / np.sin(turn)
+    place = np.linspace(1, 2, 2001)
+    joints = np.array([np.interp(place, way.place, column) for column in way.joints.T]).T
+    axes = dmu50v.forward(joints)[1]
+    np.testing.assert_allclose(np.degrees(np.arccos((axes @ circle.T).max(axis=1))).max(), arc, atol=0.001)
+    np.testing.assert_allclose(np.degrees(np.arccos((axes * circle[::10]).sum(axis=1))).max(), lag, atol=0.001)
+    assert np.degrees(way.axis_error) == pytest.approx(arc, abs=0.001)
+    moves = way.joints[:-1], way.joints[1:], way.place[:-1], way.place[1:]
+    assert np.degrees(axis_lag(dmu50v, blade, *moves).max()) == pytest.approx(lag, abs=0.001)

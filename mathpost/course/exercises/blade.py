@@ -14,11 +14,14 @@ from mathpost.post import run
 from mathpost.post.between_blocks import linearize
 from mathpost.post.match import between, match
 from mathpost.post.proof import joints_of
+from mathpost.post.time_law import block_times
 from mathpost.sources import yu_dan
 
 ROWS = (40, 50, 60, 70, 80)
+ROUNDED = 0.005 * (1 + 1e-6)  # degrees that the rounding of 07-lowest may take or give
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
+FEED, SLOWER = 800, 1.1  # mm/min of its path; by which factor a block may take longer than feed and rates ask for
 
 
 @define("07-pivot", Name("40 50 60 70 80"))
@@ -74,7 +77,8 @@ def spoilt_program():
 
 
 @define("07-block", Number(decimals=0), given=spoilt_program)
-@slip("from 0", lambda: block() - 1)
+@slip("moves from 0", lambda: SPOILT)
+@slip("moves from 1", lambda: SPOILT + 1)
 @slip("after", lambda: block() + 1)
 def block():
     """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""
@@ -89,7 +93,8 @@ def not_lowest(low):
     """Say why B from `low` does not avoid the swing, or that less travel does, too."""
     if not -180 <= low <= 180:
         return "Give a limit of B in degrees, between -180 and 180."
-    swing, swing_with_less = (largest_swing(with_travel(load("dmu50v"), bound, 180)) for bound in (low, low + 0.02))
+    rounded = low - ROUNDED, low + ROUNDED
+    swing, swing_with_less = (largest_swing(with_travel(load("dmu50v"), bound, 180)) for bound in rounded)
     if swing > SWING:
         return f"With B from {low:g} C still swings by {swing:.1f}°."
     if swing_with_less <= SWING:
@@ -121,7 +126,7 @@ def new_path():
     across, tilt = np.linspace(-20, 20, 11), np.radians(np.linspace(-14, 11, 11))
     points = np.stack([across, 30 + across**2 / 50, 10 - across / 10], axis=1)
     axes = np.stack([np.sin(tilt), np.full(11, np.sin(np.radians(0.6))), np.cos(tilt)], axis=1)
-    return cldata.to_text(cldata.from_arrays(points, axes, feed=800), title="flank")
+    return cldata.to_text(cldata.from_arrays(points, axes, feed=FEED), title="flank")
 
 
 class Program(Kind):
@@ -159,10 +164,34 @@ def unproved(text):
             return f"{where} the tip strays by {moves.tip[move]:.3f} mm."
         if np.degrees(moves.axis[move]) > AXIS:
             return f"{where} the tool axis strays by {np.degrees(moves.axis[move]):.3f}°."
+    return wrong_feed(kin, joints, blocks, found.blocks[0], moves)
+
+
+def wrong_feed(kin, joints, blocks, first, moves):
+    """Say which block in cut has neither the feed of the path nor the time that this and the rates ask for."""
+    tips = kin.forward(joints)[0]
+    steps = len(joints) - 1
+    asked = block_times(kin.machine, joints, tips, np.full(steps, FEED), np.ones(steps, bool))
+    approach = blocks.feeds[first]
+    if not blocks.rapid[first] and abs(approach - FEED) > 0.5:
+        return f"On the way to record 1 the feed is {approach:g} mm/min; the CL data have {FEED}."
+    for move in np.flatnonzero(moves.height < LIFTED):
+        block, where = first + move + 1, f"On the way to record {moves.record[move] + 1}"
+        seconds, feed, needed = blocks.seconds[block], blocks.feeds[block], asked[block - 1]
+        if blocks.rapid[block]:
+            return f"{where} a block is rapid, and the tool is in cut."
+        if not np.isnan(seconds):
+            if not 0.99 * needed - 0.001 <= seconds <= SLOWER * needed + 0.01:
+                said = f"{where} a block takes {seconds:.3f} s"
+                return f"{said}; feed and rates of the machine ask for {needed:.3f} s."
+        elif np.isnan(feed):
+            return f"{where} a block states no feed and no time."
+        elif abs(feed - FEED) > 0.5:
+            return f"{where} the feed is {feed:g} mm/min; the CL data have {FEED}."
     return ""
 
 
 @define("07-alone", Program(), given=new_path, complaint=unproved)
 def alone():
-    """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
+    """Read back, it reaches every record in order at its feed, and keeps both tolerances between them."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

@@ -76,7 +76,8 @@ def case(low=-10):
     return [each.number for each in yu_dan.cases(with_travel(load("dmu50v"), low, 110), blade(), 1)]
 
 
-@define("05b-kappa", Angle(decimals=2))
+@define("05b-kappa", Vector(names="A", decimals=2, unit="degrees", said="one angle"))
+@slip("a turn", lambda: kappa() + 360)
 def kappa(name="ac_table", prefer=-1):
     """The negative side is the dominant range: κ = 1, and A = (−1)^κ·|A|. C follows, half a turn away."""
     return np.degrees(yu_dan.cases(with_travel(load(name), -120, 5), blade(), prefer)[4].angle)
@@ -143,11 +144,11 @@ def trap():
     return (10, -5, -40)
 
 
-@define("06-price", Number(decimals=2))
+@define("06-price", Number(decimals=1))
 @slip("sine of B", lambda: 1 / np.sin(np.radians(2.335)))
 @slip("closeness", measure=lambda kin, tool: 1 / singular.closeness(kin, tool))
 def price(measure=singular.amplification):
-    """Near the pole the price is one over the angle of the *tool* from it, in radians, on every machine."""
+    """Near the pole the price is one over the sine of the angle of the *tool* from it, on every machine."""
     _tip, tool = load("dmu50v").forward([0, 0, 0, 2.335, 0], degrees=True)
     return measure(load("dmu50v"), tool)
 
