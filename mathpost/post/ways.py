@@ -54,7 +54,7 @@ class Crossing:
     """
 
     FOLLOWING = ("direct", "other branch", "retract")
-    SAFE = ("direct", "other branch", "linear", "cubic", "aside", "retract")
+    SAFE = ("direct", "other branch", "linear", "cubic", "cubic lifted", "aside", "retract")
     WAYS = (*SAFE, "paper cubic", "paper clamped")
 
     def __init__(self, kin, cl, joints, region, *, tolerance=0.01, axis_tolerance=AXIS_TOLERANCE):
@@ -88,13 +88,20 @@ class Crossing:
         solution from the largest swing on; and in ``"retract"``: at the largest swing lifted by `clearance` (mm, ΔA
         of equation (9)) along the tool axis, swung, and returned, so that no record is left uncut. It leaves the
         circle in ``"linear"``: rotary angles in proportion, X Y Z recomputed; in ``"cubic"``: clamped cubic in the
-        rotary angles, X Y Z recomputed; and in ``"aside"``: moved aside by at most `lean`, radians. ``"paper
-        cubic"`` and ``"paper clamped"``, for the audit: all five coordinates, so many `points` put in.
+        rotary angles, X Y Z recomputed; in ``"cubic lifted"``: the same in the air, equations (9), (10); in
+        ``"aside"``: moved aside by at most `lean`, radians. ``"paper cubic"`` and ``"paper clamped"``, for the audit:
+        all five coordinates, so many `points` put in.
         """
         refuse_nonsense(lean, clearance)
         if name not in self.WAYS:
             raise InputError("way", " or ".join(self.WAYS), repr(name))
-        given = {"aside": [lean], "retract": [clearance], "paper cubic": [points], "paper clamped": [points]}
+        given = {
+            "aside": [lean],
+            "retract": [clearance],
+            "cubic lifted": [clearance],
+            "paper cubic": [points],
+            "paper clamped": [points],
+        }
         try:
             motion = getattr(self, "_" + name.replace(" ", "_"))(*given.get(name, ()))
             if name in self.FOLLOWING:
@@ -137,6 +144,16 @@ class Crossing:
         n = (int(np.ceil(swing / STEP / span)) + 1) * span - 1  # a point at each record, and others evenly between
         place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, (self.first, self.last), n)
         return Motion.on_part(joints, place)
+
+    def _cubic_lifted(self, clearance):
+        """Lifted at the first record, before anything turns, and returned at the last one."""
+        if self.last - self.first > 1:
+            raise MathpostError("the records inside the region would be left uncut")
+        on_part = self._cubic()
+        over = Motion(
+            yu_dan.lifted(self.kin, on_part.joints, clearance), on_part.place, np.full(len(on_part.place), LIFTED)
+        )
+        return Motion.joined([on_part[:1], over, on_part[-1:]])
 
     def _aside(self, lean):
         place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])

@@ -163,6 +163,12 @@ def paper_cubic(rows, t):
     return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
 
 
+def paper_literal(rows, t):
+    """The cubic spline of the text taken literally: through the four records, with k₁ and k₂ at the outer ends."""
+    k_1, k_2 = end_slopes(rows)
+    return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type=((1, k_1), (1, k_2)))(t)
+
+
 def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
     """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
 
