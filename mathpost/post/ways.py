@@ -88,9 +88,9 @@ class Crossing:
         solution from the largest swing on; and in ``"retract"``: at the largest swing lifted by `clearance` (mm, ΔA
         of equation (9)) along the tool axis, swung, and returned, so that no record is left uncut. It leaves the
         circle in ``"linear"``: rotary angles in proportion, X Y Z recomputed; in ``"cubic"``: clamped cubic in the
-        rotary angles, X Y Z recomputed; in ``"cubic lifted"``: the same in the air, equations (9), (10); in
-        ``"aside"``: moved aside by at most `lean`, radians. ``"paper cubic"`` and ``"paper clamped"``, for the audit:
-        all five coordinates, so many `points` put in.
+        rotary angles, X Y Z recomputed; in ``"cubic lifted"``: the same in the air, equations (9), (10); and
+        in ``"aside"``: moved aside by at most `lean`, radians. ``"paper cubic"`` and ``"paper clamped"``, for the
+        audit: all five coordinates, so many `points` put in.
         """
         refuse_nonsense(lean, clearance)
         if name not in self.WAYS:
