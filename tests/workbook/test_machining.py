@@ -7,10 +7,13 @@ import openpyxl
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mathpost import machine
+from mathpost.kinematics import Kinematics
 from mathpost.workbook import Task, check_file
 from mathpost.workbook.sheet.formula import parse
 from tests.workbook.cells import Book, Values, address, letters, save
 from tests.workbook.machining_sheets import MACHINES, PLANES, TABLES, first_in_file, forward, order_of
+from tests.workbook.test_strangers import ROOT
 
 ROWS = 5
 UNIT = {n: f"({{{n}}}/SQRT({{i}}^2+{{j}}^2+{{k}}^2))" for n in "ijk"}
@@ -536,3 +539,26 @@ def test_every_row_may_have_angles_of_its_own(tmp_path):
     cells["S", 4, 8] *= -1
     report = checked(tmp_path / "wrong.xlsx", cells)
     assert [fault.cell for fault in report.faults] == ["S!H4"]
+
+
+@pytest.mark.parametrize("group", [False, True])
+def test_tip_and_linear_words_under_each_others_headings_are_wrong(group, tmp_path):
+    kinematics = Kinematics(machine.load(ROOT / "data/machines/dmu50v.toml"))
+    rng = np.random.default_rng(1)
+    tips, axes = rng.uniform(-50, 50, (4, 3)).round(3), np.abs(rng.normal(size=(4, 3)))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    words = kinematics.inverse(tips, axes, degrees=True)[:, 0].round(6)
+    cl, nc = ["x", "y", "z", "i", "j", "k"], ["X", "Y", "Z", "B", "C"]
+    for first, second, verdict in (("CL", "NC", "right"), ("NC", "CL", "wrong")):
+        book = openpyxl.Workbook()
+        if group:
+            book.active.append([first, *[None] * 5, second])
+            book.active.append([*cl, *nc])
+        else:
+            heads = [f"{first} {letter}" for letter in cl[:3]] + cl[3:]
+            book.active.append(heads + [f"{second} {letter}" for letter in nc[:3]] + nc[3:])
+        for row in np.hstack([tips, axes, words]).tolist():
+            book.active.append(row)
+        book.save(tmp_path / "table.xlsx")
+        report = check_file(tmp_path / "table.xlsx", Task(machine=kinematics.machine))
+        assert report.verdict == verdict, report

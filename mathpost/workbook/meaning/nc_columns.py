@@ -25,6 +25,7 @@ ENOUGH, ENOUGH_OF_ONE_ROW, ENOUGH_BESIDE = (3, 0), (6, 3), (4, 4)
 ENOUGH_OF_ROTARY = (2, 1)  # of a table of rotary words alone
 PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
+OF_CL = re.compile(r"(?<![a-z])(?:cl|apt|tip|part|workpiece|wcs|werkstück)(?![a-z])|刀位|刀尖")
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
 STATISTIC = re.compile("(?:min|max|mean|average|sum|total|mittel|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I)
 
@@ -38,6 +39,7 @@ class Column:
     letters: dict
     typed: bool
     unit: float  # degrees of 1, if it is an angle
+    said: str  # "nc" or "cl" if its heading, or that of its group, says one of the two
     more: float  # what it counts that the heading says degrees; less if it says radians
 
 
@@ -50,6 +52,7 @@ class Table:
     counters: tuple = ()
     left: tuple = ()  # rows in between that are not of the table
     others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
+    exchanged: bool = False  # whether tip and X Y Z stand under each other's headings
     source: tuple = ()  # the columns of tip and axis
     words: tuple = ()
 
@@ -146,7 +149,19 @@ def _column(graph, sheet, lines, number, along):
     typed = 2 * sum(p in graph.trees for p in places) < len(places)
     unit = np.rad2deg(1) if any(re.search(IN_RADIANS, text) for text in texts) else 1.0
     says_degrees = unit == 1 and any(re.search(IN_DEGREES, text) for text in texts)
-    return Column(places, values, letters, typed, unit, 0.5 * says_degrees - 0.75 * (unit > 1))
+    said = _side(graph, sheet, lines[0], number) if along == 1 else ""
+    return Column(places, values, letters, typed, unit, said, 0.5 * says_degrees - 0.75 * (unit > 1))
+
+
+def _side(graph, sheet, first, number):
+    """Whose data a column holds by its headings, or by the nearest to the left of each: "nc", "cl", or nothing."""
+    for line in range(first - 1, max(first - 4, 0), -1):
+        cells = (graph.cells.get((sheet, line, n)) for n in range(number, 0, -1))
+        text = next((normal(cell.value) for cell in cells if cell and isinstance(cell.value, str)), "")
+        names = [name for name, pattern in (("nc", MACHINE), ("cl", OF_CL)) if pattern.search(text)]
+        if len(names) == 1:
+            return names[0]
+    return ""
 
 
 def normal(text):
@@ -186,8 +201,9 @@ def _table(graph, kinematics, columns, enough):
     others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[-2:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
+    sides = [{columns[n].said for n in part} for part in (tip, words[-5:-2])]
     columns = tuple(source), tuple(columns[n] for n in words)
-    return Table(rows, units, counters, tuple(left), tuple(others), *columns)
+    return Table(rows, units, counters, tuple(left), tuple(others), sides == [{"nc"}, {"cl"}], *columns)
 
 
 def _is_count(values):

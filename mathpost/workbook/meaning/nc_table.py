@@ -42,6 +42,7 @@ class Words(Calculation):
     units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
     table: int = 0  # of a workbook with several
     preferred: int | None = None
+    exchanged: bool = False  # whether the headings say that its tip is X Y Z, and the other way round
     complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's
@@ -147,6 +148,7 @@ def rows_of(found, machine, cells=None):
         for tip, axis, words in table.rows:
             row = Words(words, (), tip, (), axis, said, kinematics=kinematics, units=table.units, table=n)
             row.beyond = any("ATAN" in heads(graph.trees[p]) for p in words if p in graph.trees)
+            row.exchanged = table.exchanged
             row.typed, row.aside, said = 2 * sum(typed) > len(typed), table.counters, ""
             rows.append(row)
         for column in zip(*(words for *_, words in table.rows), strict=True):

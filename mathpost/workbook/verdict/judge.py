@@ -97,6 +97,11 @@ class Judge(Sampled):
             for calculation in self.unexplained:
                 self.faults.append(self.fault(calculation.results[0], "other convention", text))
             self.unexplained = []
+        for table in (t for t in tables if t[0].exchanged):
+            text = "the headings say that this is the tip, and that the tip is X Y Z: exchanged"
+            self.faults.append(
+                self.fault(table[0].results[0], "wrong point", f"{self.graph.short(table[0].results[0])}: {text}")
+            )
         axes = Counter(row.axis for row in words)
         for table in tables:  # beside its twin a table is on the branch that it shows
             alone = [row for row in table if axes[row.axis] == 1]
