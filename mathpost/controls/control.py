@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from mathpost.controls.coordinates import POSITIONING
+from mathpost.controls.meanings import MEANINGS
 from mathpost.errors import NUMBER, InputError
 from mathpost.files import data_file, read_text
 from mathpost.machine import Machine
 from mathpost.path.modal import AUXILIARY
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
 
-# What a word of a program may mean to `mathpost.controls.reader`.
-MEANINGS = ("skip", "linear", "rapid", "inverse time", "feed per minute", "TCP on", "TCP off", "tool",
-            "inch", "mm", "incremental", "absolute",
-            "machine coordinates")  # fmt: skip
 COMMANDS = (
     "safe", "TCP on", "TCP off", "tool", "tip", "offset", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
     "coolant FLOOD", "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF",
@@ -68,7 +66,9 @@ class Control:
     block_time: str  # word for the seconds of a block, or nothing
     compensation: str  # where its words stand, "before" or "behind" the positions
     commands: dict[str, tuple[str, ...]]  # lines by command, see `COMMANDS`
-    read: dict[str, str]  # word, with {} for a number, to meaning
+    read: dict[str, str]  # word to meaning, see `mathpost.controls.meanings`
+    continued: str  # at the end of a line that goes on in the next, or nothing
+    positioning: str  # which position the rotary axes take for a plane, one of `POSITIONING`, or nothing
 
     @property
     def modal(self) -> bool:
@@ -114,11 +114,11 @@ class Control:
         return re.compile(rf"{begin}[^{begin}{end}]*{end}" if end else f"{begin}.*")
 
     @cached_property
-    def words(self) -> tuple[re.Pattern, list[str]]:
-        """An expression that one word fits, the longest of those that do, and the meaning of each of its groups."""
+    def words(self) -> "Words":
+        """All words that are understood when they are read."""
         known = dict(self.read)
-        for command, meaning in (("TCP on", "TCP on"), ("TCP off", "TCP off")):
-            known |= {line.split()[0] if "{" in line else line: meaning for line in self.commands[command]}
+        for command in ("TCP on", "TCP off"):
+            known |= {line.split()[0] if "{" in line else line: command for line in self.commands[command]}
         for command, lines in self.commands.items():
             if re.match("spindle .|coolant|compensation|stop|optional", command):
                 known = {line.split()[0]: "skip" for line in lines} | known
@@ -126,14 +126,50 @@ class Control:
         known |= {word: meaning for word, meaning in [*modes, (self.linear, "linear")] if word} | self.read
         if self.modal:
             known[self.rapid] = "rapid"
-        ordered = sorted(known.items(), key=lambda item: (-len(item[0]), item[0]))
-        choices = "|".join([*(f"({_pattern(word)})" for word, _ in ordered), rf"({AUXILIARY.pattern}(?![\d.]))"])
-        return re.compile(choices), [*(meaning for _, meaning in ordered), "skip"]
+        return Words(known)
+
+
+class Words:
+    """Words with their meanings: `match` finds the one that a text begins with, the most literal of several."""
+
+    def __init__(self, known: dict[str, str]):
+        ordered = sorted(known.items(), key=lambda item: (-len(re.sub(r"{.*?}", "", item[0])), item[0]))
+        patterns = [
+            *((_pattern(word), meaning) for word, meaning in ordered),
+            (rf"{AUXILIARY.pattern}(?![\d.])", "skip"),
+        ]
+        self.meanings, group = {}, 1
+        for pattern, meaning in patterns:
+            inside = re.compile(pattern).groups
+            self.meanings[group] = meaning, inside
+            group += 1 + inside
+        self.match = re.compile("|".join(f"({pattern})" for pattern, _ in patterns)).match
+
+    def meaning(self, match: re.Match) -> tuple[str, str, tuple[str, ...]]:
+        """Return the meaning of what `match` found, its text, and the texts of the fields in it."""
+        group = match.lastindex
+        meaning, inside = self.meanings[group]
+        return meaning, match[0], match.groups()[group : group + inside]
+
+
+# What may stand in a word of a control's file: a number, a name, the name of an axis, text within brackets or
+# quotes, and the rest of the line.
+FIELDS = {
+    "": f"({NUMBER})",
+    "name": r"(\w+)",
+    "axis": r"([A-CU-Z]\d?)",
+    "text": r"([^()\"]*)",
+    "word": r"(\S*)",
+    "title": r"([^=]*?(?=\sQ\d|$))",
+    "rest": "(.*)",
+}
 
 
 def _pattern(word):
-    """A word of a control file as a regular expression: {} a number, {name} a name; M3 may be written M03."""
-    text = re.escape(word).replace(r"\{\}", NUMBER).replace(r"\{name\}", r"\w+").replace(r"\ ", r"\s+")
+    """A word of a control file as a regular expression; M3 may be written M03."""
+    text = re.escape(word).replace(r"\ ", r"\s*")
+    for name, pattern in FIELDS.items():
+        text = text.replace(rf"\{{{name}\}}", pattern)
     return re.sub(r"^([GM])(?=\d)", r"\g<1>0*", text) + (r"(?!\w)" if word[-1].isalpha() else r"(?![\d.])")
 
 
@@ -249,6 +285,8 @@ def from_dict(content: dict, where: str = "control") -> Control:
         compensation=motion.take("compensation", *one_of("before", "behind"), "before"),
         commands={name: tuple(commands.take(name, _templates, TEMPLATES, ())) for name in COMMANDS},
         read={word: read.take(word, *one_of(*MEANINGS)) for word in list(read.content)},
+        continued=blocks.take("continued", *WORD, ""),
+        positioning=motion.take("positioning", *one_of(*POSITIONING), ""),
     )
     for table in (file, program, blocks, motion, commands, read, replaced):
         table.done()

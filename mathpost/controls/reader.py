@@ -1,16 +1,23 @@
-"""The text of a program to its blocks, in the words of any control.
+"""The text of a program to its blocks, in the words of any control, whoever wrote it.
 
-A program is verified from its own text. A word that is not in the control's file is an error with its line.
+What is read is what the file of the control says. A word that is not in it is an error with its line: it may move
+an axis. Plain lines, that move axes and change no mode but their feed, are taken many at a time; any other is taken
+word by word, by `_Lines.take_line`. Arcs and drilling cycles become the points that the tool goes through.
 """
 
 import re
+from collections import Counter
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
 
+from mathpost.controls import curves
 from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
-from mathpost.errors import NUMBER, InputError
+from mathpost.controls.coordinates import Coordinates, Setup
+from mathpost.controls.meanings import MODES, MOTIONS, NUMBERS, STATEMENTS
+from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
 from mathpost.path.text import Item, Pattern
@@ -18,31 +25,82 @@ from mathpost.path.text import Item, Pattern
 
 def read(text: str, machine: Machine, control: Control | str = "heidenhain", *, name: str = "program") -> Blocks:
     """Return the `Blocks` of a program's text; `InputError` with its `name` and the line if a word is not known."""
-    lines = _Lines(machine, control_for(machine, control), name)
+    return follow(text, machine, control, name=name).blocks
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program as its control takes it."""
+
+    blocks: Blocks  # n moves; X Y Z count from the machine file's origin
+    lines: np.ndarray  # shape (n,), the line of the text that each move is on
+    machines: list[tuple[int, Machine]]  # from which move on, the machine with the tool that it then has
+    skipped: dict[str, int]  # words that move no axis, by their kind: how often they stand there
+    assumed: tuple[str, ...]  # what was taken for granted, as sentences
+
+
+def follow(
+    text: str, machine: Machine, control: Control | str = "heidenhain", *, setup: Setup | None = None,
+    name: str = "program",
+) -> Program:  # fmt: skip
+    """Return what a program's text moves, as a `Program`; `setup` is what stands in the control's tables.
+
+    `InputError` names the line where a word is not known, the program's flow is not from line to line, or an offset
+    or a length is needed that `setup` does not have.
+    """
+    lines = _Lines(machine, control_for(machine, control), setup or Setup(), name)
     lines.take_all(text)
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
-    words, feeds, seconds, rapid, tcp = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
-    return Blocks(words.T, feeds, seconds, rapid, tcp)
+    columns = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
+    words, feeds, seconds, rapid, tcp, numbers = columns
+    machines = [pair for pair in lines.machines if pair[0] < len(numbers)]
+    return Program(
+        Blocks(words.T, feeds, seconds, rapid, tcp), numbers, machines, dict(lines.skipped), tuple(lines.assumed)
+    )
+
+
+@dataclass
+class _Line:
+    """What the words of one line say."""
+
+    axes: dict = field(default_factory=dict)  # by name: the value, and "absolute", "incremental" or ""
+    values: dict = field(default_factory=dict)  # of words that need another: radius, centre X, cycle depth …
+    feed: float = np.nan
+    seconds: float = np.nan
+    rapid: bool = False
+    curve: str = ""  # the sense of an arc that is said for this line alone
+    statement: tuple = ()  # a meaning that takes the axes of the line, and its word
+    tool: bool = False
+    turned: bool = False  # whether the rotary axes turn to the plane
+    choice: dict = field(default_factory=dict)  # and to which position
+    called: bool = False  # whether the cycle that is defined is done where the line goes
+    in_machine: bool = False
 
 
 class _Lines(bulk.Reader):
     """Keeps what holds from one line of a program to the next."""
 
-    def __init__(self, machine, control, name):
+    def __init__(self, machine, control, setup, name):
         self.control, self.names, self.name = control, machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
-        self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
+        self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})(?![\d=])")
         self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})({NUMBER})?")
-        self.numbered = re.compile(r"(?!)" if control.number is None else rf"^{control.number}\d+\s*")
+        number = "N" if control.number is None else control.number
+        self.numbered = re.compile(rf"^{number}\d+\s*")
         self.pattern = _plain(control.number, control.begin, (*self._words_behind(),), self.names)
         self.own_lines = _templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
         self.line = 1
-        self.forget()
-        self.rapid, self.inverse, self.tcp = False, False, False
-        self.in_machine = False  # whether the line counts from the machine's own zero
-        self.other_positions = {}  # words that now make positions mean something else, inch or incremental
-        self.runs = []  # of moves: words, shape (j, n), feeds, seconds, whether rapid, and with TCP
+        self.at, self.feed = Coordinates(machine, setup), np.nan
+        self.motion, self.inverse, self.speed = "linear", False, np.nan
+        self.plane, self.scale, self.incremental, self.per_turn = "plane XY", 1.0, False, False
+        self.absolute_centre, self.centre = False, None
+        self.cycle, self.leave, self.defined = None, "initial", {}
+        self.pending, self.begun, self.ended = "", "", False
+        self.skipped, self.assumed = Counter(), []
+        self.machines = [(0, machine)]
+        self.runs = []  # of moves: words, shape (j, n), feeds, seconds, whether rapid, with TCP, numbers of lines
+        self.count = 0
 
     def _words_behind(self):
         """The words of rapid traverse and of seconds that stand behind the positions, or nothing."""
@@ -62,124 +120,303 @@ class _Lines(bulk.Reader):
         words, value, said = self.columns(values)
         return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2) & ~(value <= 0)
 
+    def takes_plain(self):
+        """Whether plain lines now are moves in mm on straight lines, as they stand."""
+        straight = self.motion in ("linear", "rapid") and not (self.cycle or self.incremental or self.per_turn)
+        return straight and self.scale == 1 and self.at.as_they_are and not (self.begun or self.ended)
+
     def take_plain(self, values):
         words, value, (rapid, timed, _) = self.columns(values)
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
-        self.move(words, np.where(np.isnan(seconds), value, np.nan), seconds, rapid)
+        self.move(words, np.where(np.isnan(seconds), value, np.nan), seconds, rapid, np.arange(len(value)))
         self.line += len(value)
 
     def take_line(self, raw):
         """Take one line, word by word."""
-        line = raw.decode("utf-8", "surrogatepass").strip()
-        skipped, line = line.startswith("/"), line.removeprefix("/").lstrip()
-        body = self.numbered.sub("", self.control.comments.sub(" ", line).strip())
-        template = re.sub(r"^N?\d+\s*", "", line)
-        known, meanings = self.control.words
+        text = raw.decode("utf-8", "surrogatepass").strip()
+        if self.control.continued and text.endswith(self.control.continued):
+            self.begun += self.control.comments.sub(" ", text.removesuffix(self.control.continued)) + " "
+        elif not self.ended:
+            self.take_words(self.begun + text)
+            self.begun = ""
+        self.line += 1
+
+    def take_words(self, text):
+        skipped, text = text.startswith("/"), text.removeprefix("/").lstrip()
+        body = _tidy(self.numbered.sub("", self.control.comments.sub(" ", text).strip()))
+        template = re.sub(r"^N?\d+\s*", "", text)
         if self.own_lines.fullmatch(template):
             self.take_own(body)
-            body = ""
-        words, feed, seconds, rapid = {}, np.nan, np.nan, False
+            return
+        line, whole = _Line(), body
         while body:
             if match := self.axis.match(body):
-                if match[1] in words:
-                    raise self.error(f"one {match[1]} word", "two")
-                words[match[1]] = float(match[2])
+                self.take_axis(line, match[1], match[2], "")
+            elif (match := self.control.words.match(body)) and match[0]:
+                self.take_word(line, *self.control.words.meaning(match))
             elif match := self.feed_word.match(body):
-                rapid, feed, seconds = self.take_feed(match)
-            elif match := known.match(body):
-                self.take_word(meanings[match.lastindex - 1], match[0])
+                self.take_feed(line, match)
             else:
                 raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
-        if self.in_machine:  # an axis stands where the workpiece does not know
-            for name in words:
-                self.position[self.names.index(name)] = np.nan
-            words, self.in_machine = {}, False
-        if words:
-            if skipped:
-                raise self.error("a move that is never left out", "one behind an oblique stroke")
-            column = np.array([[words.get(name, np.nan)] for name in self.names])
-            self.move(column, *np.array([[feed], [seconds]]), np.array([rapid]))
-        elif not np.isnan(feed):
-            self.feed = feed
-        self.line += 1
+        if skipped and (line.axes or line.statement):
+            raise self.error("a move that is never left out", "one behind an oblique stroke")
+        try:
+            self.obey(line, whole)
+        except InputError as error:
+            if error.where.startswith(self.name):
+                raise
+            raise self.error(error.expected, error.found) from None
+        except MathpostError as error:
+            raise self.error("a place where the machine can go", str(error)) from None
 
     def take_own(self, body):
         """Take a line of the machine file: its words hold, but where its moves go is not known.
 
         A word that the control's file does not know is passed over: the machine may have more than we know.
         """
-        known, meanings = self.control.words
+        line = _Line()
         while body:
-            match = known.match(body)
+            match = self.control.words.match(body)
             if match:
-                self.take_word(meanings[match.lastindex - 1], match[0])
+                self.take_word(line, *self.control.words.meaning(match))
             body = body[match.end() :].lstrip() if match else re.sub(r"^\S[^A-Z\s]*\s*", "", body)
-        self.in_machine = False
         self.forget()
 
-    def take_feed(self, match):
-        """Return whether a feed word says rapid, the feed, and the time of the block."""
+    def take_axis(self, line, name, value, counted):
+        if name not in self.names:
+            raise self.error(f"one of the axes {' '.join(self.names)}", repr(name))
+        if name in line.axes:
+            raise self.error(f"one {name} word", "two")
+        line.axes[name] = float(value), counted
+
+    def take_feed(self, line, match):
+        """Take a word that says rapid, a feed, or the time of the block."""
         word, value = match[1], float(match[2] or "nan")
         rapid, block_time = self._words_behind()
         if word == rapid and not match[2]:
-            return True, np.nan, np.nan
+            line.rapid = True
+            return
         if not value > 0 or word == rapid:
             raise self.error("a feed above 0", repr(match[0]))
         if word == "F" and not self.inverse:
-            return False, value, np.nan
-        return False, np.nan, value if word == block_time else 60 / value
+            line.feed = value * self.scale * (self.speed if self.per_turn else 1.0)
+        else:
+            line.seconds = value if word == block_time else 60 / value
 
     def forget(self):
         """The machine goes where its tools are."""
-        self.position, self.feed = np.full(len(self.names), np.nan), np.nan
+        self.at.forget()
+        self.feed = np.nan
 
-    def take_word(self, meaning, word):
-        """Take what a word that states no position means."""
-        if meaning in ("inch", "incremental"):
-            self.other_positions[meaning] = word
-        elif meaning in ("mm", "absolute"):
-            self.other_positions.pop("inch" if meaning == "mm" else "incremental", None)
-        elif meaning == "machine coordinates":
-            self.in_machine = True
+    def take_word(self, line, meaning, word, values):
+        """Take what a word means: a mode holds at once, what needs the rest of the line waits for `obey`."""
+        if meaning in MODES:
+            MODES[meaning](self, line)
+        elif meaning in curves.PLANES:
+            self.plane = meaning
+        elif meaning in MOTIONS:
+            self.motion, self.cycle = meaning, None
+        elif meaning == "flow":
+            raise self.error("a program that runs from line to line", repr(word))
+        elif meaning == "zero":
+            if float(values[0]):
+                raise self.error("0", repr(word))
         elif meaning == "tool":
-            self.forget()
+            line.tool, self.pending = True, _name(values[0]) if values else self.pending
+        elif meaning == "tool number":
+            self.pending = _name(values[0])
+        elif meaning == "length":
+            self.load(_name(values[0]))
         elif meaning in ("TCP on", "TCP off"):
-            self.tcp = meaning == "TCP on"
-            self.position[:3] = np.nan  # X Y Z now name another point
-        elif meaning in ("inverse time", "feed per minute"):
-            self.inverse, self.feed = meaning == "inverse time", np.nan
-        elif meaning in ("linear", "rapid"):
-            self.rapid = meaning == "rapid"
+            if self.at.tcp != (meaning == "TCP on"):
+                self.at.change(tcp=meaning == "TCP on")
+        elif meaning == "speed":
+            self.speed = float(values[0])
+        elif meaning.endswith(" axis"):
+            self.take_axis(line, values[0], values[1], meaning.removesuffix(" axis"))
+        elif meaning in STATEMENTS:
+            if line.statement:
+                raise self.error(f"one of {line.statement[1]} and {word} in a line", "both")
+            line.statement = meaning, word
+        elif meaning == "work offset":
+            line.values["work offset"] = re.sub(r"\s+", "", word)
+        elif meaning in NUMBERS:
+            line.values[meaning] = float(values[0])
+        else:
+            for value in values:
+                word = word.replace(value, "", 1)
+            self.skipped[word.strip()] += 1
 
-    def move(self, words, feeds, seconds, rapid):
-        """Take n moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""
-        for word in self.other_positions.values():
-            raise self.error("positions in mm, absolute", repr(word))
-        rapid = rapid | self.rapid
-        for row, before in zip(words, self.position, strict=True):
+    def load(self, name):
+        """Take the length of another tool."""
+        before = self.at.machine
+        self.at.load_tool(name, f"{self.name}, line {self.line}")
+        if self.at.machine is not before:
+            self.at.words[:3] = np.nan
+            self.machines.append((self.count, self.at.machine))
+
+    def obey(self, line, whole):
+        """Do what the words of a line say together."""
+        if line.tool:
+            self.forget()
+            if self.pending:
+                self.load(self.pending)
+        if called := line.values.get("work offset"):
+            self.at.call_offset(called, f"{self.name}, line {self.line}")
+        if line.statement:
+            STATEMENTS[line.statement[0]](self, line, whole)
+        else:
+            self.defined |= {name: value for name, value in line.values.items() if name.startswith("cycle ")}
+            self.go(line)
+        if line.called:
+            self.drill()
+
+    def target(self, line):
+        """The words, (j,), that a line leads to."""
+        words = self.at.words.copy()
+        for name, (value, counted) in line.axes.items():
+            axis = self.names.index(name)
+            value *= self.scale if axis < 3 else 1.0
+            added = counted == "incremental" or (self.incremental and not counted)
+            words[axis] = words[axis] + value if added else value
+        return words
+
+    def go(self, line):
+        """Move to where a line leads, by a straight line, an arc or a drilling cycle."""
+        arc = line.curve or (self.motion[4:] if self.motion.startswith("arc ") else "")
+        centred = any(name.startswith("centre ") for name in line.values)
+        if not np.isnan(line.feed):
+            self.feed = line.feed
+        if vector := {name: value for name, value in line.values.items() if name.startswith("tool axis ")}:
+            angles = self.at.angles_along([vector.get(f"tool axis {letter}", 0.0) for letter in "XYZ"])
+            named = zip(self.names[3:], angles, strict=True)
+            line.axes |= {name: (angle, "absolute") for name, angle in named}
+        if not line.axes and not (arc and centred):
+            return
+        if line.in_machine:
+            named = {self.names.index(name): value for name, (value, _) in line.axes.items()}
+            self.stand(self.at.machine_position(named))
+        elif self.cycle is not None and not line.curve:
+            self.hole(line)
+        elif arc == "arc":
+            raise self.error("the sense of the arc", "none")
+        elif arc:
+            self.turn(line, arc == "clockwise")
+        else:
+            self.put(self.target(line)[None], line)
+
+    def put(self, points, line, rapid=None):
+        """Take moves to points, words of shape (n, j), that one line asks for."""
+        count = len(points)
+        resolved = np.c_[self.at.resolved(points[:, :3]), points[:, 3:]].T
+        seconds = np.full(count, line.seconds / count)
+        fast = np.full(count, line.rapid) if rapid is None else np.array(rapid)
+        self.emit(resolved, np.full(count, self.feed), seconds, fast, np.zeros(count, int), self.at.on_tip)
+        self.at.words = points[-1].copy()
+
+    def stand(self, place):
+        """Go to joints and angles, shape (j,), in rapid traverse, whatever the words name."""
+        nothing = np.array([np.nan])
+        self.emit(place[:, None], nothing, nothing, np.array([True]), np.zeros(1, int), False)
+        self.at.stand(place[:3], place[3:])
+
+    def turn_to(self, joints, angles):
+        """Turn the rotary axes, degrees, while the slides stand still."""
+        self.stand(np.r_[joints, angles])
+
+    def turn(self, line, clockwise):
+        """Run an arc or a helix; rotary axes that are named turn along with it."""
+        start, end, values = self.at.words.copy(), self.target(line), line.values
+        if np.isnan(start[:3]).any():
+            raise self.error("X, Y and Z before an arc", "not all")
+        offsets = [values.get(f"centre {letter}") for letter in "XYZ"]
+        if "radius" in values:
+            centre = curves.centre_of(start[:3], end[:3], values["radius"] * self.scale, self.plane, clockwise)
+        elif any(value is not None for value in offsets):
+            base = np.zeros(3) if self.absolute_centre else start[:3]
+            given = [None if value is None else value * self.scale for value in offsets]
+            centre = np.array([s if v is None else b + v for s, b, v in zip(start[:3], base, given, strict=True)])
+        elif self.centre is not None:
+            centre = self.centre
+        else:
+            raise self.error("a centre or a radius of the arc", "neither")
+        points = curves.arc(start[:3], end[:3], centre, self.plane, clockwise, int(values.get("turns", 1)) - 1)
+        t = np.arange(1, len(points) + 1)[:, None] / len(points)
+        self.put(np.c_[points, start[3:] + t * (end[3:] - start[3:])], line, np.zeros(len(points), bool))
+
+    def hole(self, line):
+        """Do the drilling cycle that is on, at the place of the line."""
+        axis = curves.PLANES[self.plane][2]
+        depth, names = self.names[axis], ("radius", "cycle clearance")
+        for name in names:
+            if name in line.values:
+                self.cycle["clearance"] = line.values[name] * self.scale
+                if self.incremental:
+                    self.cycle["clearance"] += self.cycle["initial"]
+        if depth in line.axes:
+            bottom = line.axes.pop(depth)[0]
+            self.cycle["bottom"] = self.cycle["clearance"] + bottom if self.incremental else bottom
+        place = self.target(line)
+        leave = max(self.cycle[self.leave], self.cycle["clearance"])
+        self.holes(place, axis, self.cycle["clearance"], self.cycle["bottom"], leave, self.cycle["slow"])
+
+    def drill(self):
+        """Do the cycle that is defined by its surface, depth, clearance and height to leave, where the tool is."""
+        surface, depth = (self.defined.get(f"cycle {name}", np.nan) for name in ("surface", "depth"))
+        clearance = self.defined.get("cycle clearance", np.nan)
+        if np.isnan([surface, depth, clearance]).any():
+            raise self.error("a cycle with surface, depth and clearance before its call", "none")
+        leave = surface + max(clearance, self.defined.get("cycle retract", 0.0))
+        self.holes(self.at.words, 2, surface + clearance, surface + depth, leave, False)
+
+    def holes(self, place, axis, clearance, bottom, leave, slow):
+        height = self.at.words[axis]
+        place = place.copy()
+        place[axis] = height
+        points, rapid = curves.hole(place[:3], axis, clearance, bottom, leave, slow)
+        self.put(np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)], _Line(), rapid)
+
+    def move(self, words, feeds, seconds, rapid, numbers):
+        """Take n plain moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""
+        for row, before in zip(words, self.at.words, strict=True):
             row[:] = bulk.held(row, before)
+        feeds = bulk.held(feeds, self.feed)
+        self.at.words, self.feed = words[:, -1].copy(), feeds[-1]
+        self.emit(words, feeds, seconds, rapid, numbers, self.at.tcp)
+
+    def emit(self, words, feeds, seconds, rapid, numbers, tcp):
+        """Keep moves, resolved; those on the way to the first position, from where nobody knows, are none."""
+        rapid = rapid | (self.motion == "rapid")
         unknown = np.isnan(words).any(axis=0)
         if (unknown & ~rapid).any():
-            name = self.names[int(np.isnan(words[:, 0]).argmax())]
-            raise self.error(f"a {name} word before or in the first move", "none")
-        if unknown.any():  # on its way to the first position, from where nobody knows
-            self.position = words[:, -1].copy()
-            if unknown.all():
-                return
-            known = ~unknown
-            words, feeds, seconds, rapid = words[:, known], feeds[known], seconds[known], rapid[known]
+            self.line += int(numbers[(unknown & ~rapid).argmax()])
+            missing = np.isnan(words[:, (unknown & ~rapid).argmax()])
+            name = self.names[int(missing.argmax())]
+            raise self.error(f"{'an' if name[0] in 'AX' else 'a'} {name} word before or in the first move", "none")
         untimed = np.isnan(seconds)
         if self.inverse and (untimed & ~rapid).any():
-            self.line += int((untimed & ~rapid).argmax())
+            self.line += int(numbers[(untimed & ~rapid).argmax()])
             raise self.error("an F word, inverse time being active", "none")
-        feeds = bulk.held(feeds, self.feed)
-        tcp = np.full(len(feeds), self.tcp)
-        self.runs.append((words, np.where(rapid | ~untimed, np.nan, feeds), seconds, rapid, tcp))
-        self.position, self.feed = words[:, -1].copy(), feeds[-1]
+        feeds = np.where(rapid | ~untimed, np.nan, feeds)
+        known = slice(None) if not unknown.any() else ~unknown
+        kept = words[:, known], feeds[known], seconds[known], rapid[known]
+        if count := kept[0].shape[1]:
+            self.runs.append((*kept, np.full(count, tcp), self.line + numbers[known]))
+            self.count += count
 
     def error(self, expected, found):
         return InputError(f"{self.name}, line {self.line}", expected, found)
+
+
+def _tidy(body):
+    """Capital letters, and no blank between a letter and its number."""
+    return re.sub(r"(?<![A-Z0-9_\"])([A-Z])\s+(?=[-+]?\.?\d)", r"\1", body.upper())
+
+
+def _name(text):
+    """The number of a tool without zeros before it, or its name."""
+    return str(int(float(text))) if re.fullmatch(NUMBER, text) else text
 
 
 def _templates(lines):

@@ -90,6 +90,27 @@ def from_text(text, *, keep=""):
     return plane
 
 
+def swivel(text):
+    """Whether a CYCLE800 leaves the slides where they stand, and its direction: −1, +1, or 0 where nothing turns.
+
+    Examples
+    --------
+    >>> swivel('CYCLE800(2,"TC1",0,57,0,0,0,0,45,0,0,0,0,-1,0,1)')
+    (False, -1)
+    """
+    arguments = [argument.strip() for argument in text[text.index("(") + 1 : text.rindex(")")].split(",")]
+    numbers = []
+    for place in (0, 2, 13):
+        given = arguments[place] if place < len(arguments) else ""
+        if not re.fullmatch(r"[-+]?\d*", given):
+            raise InputError("CYCLE800", f"a whole number as argument {place + 1}", repr(given))
+        numbers.append(int(given or 0))
+    retract, added, direction = numbers
+    if added % 10:
+        raise InputError("CYCLE800", "a new plane, _ST 0", f"one on top of the last, _ST {added}")
+    return retract == 0, direction
+
+
 def _read_plane(block, where, origin, keep):
     if block.startswith("CYCLE800"):
         return _read_cycle800(block, where)

@@ -12,6 +12,7 @@ from mathpost.errors import MathpostError
 
 COMMANDS = {  # a file of this folder each, and a line of help
     "post": "CL data to a verified NC program",
+    "verify": "a program of any post: what it does on the machine, and whether it follows the CL data",
     "calibrate": "readings to a machine file, its errors and a control's terms",
     "check": "check spreadsheets of rotations or NC words by their formulas",
     "explain": "which misreading of the convention gives this number?",

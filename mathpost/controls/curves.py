@@ -1,0 +1,60 @@
+"""Arcs and drilling cycles of a program as points, in the coordinates that its words are in."""
+
+import numpy as np
+
+from mathpost.errors import InputError
+from mathpost.path import arcs
+
+CHORD = 0.001  # mm, between an arc and the points that are made of it
+PLANES = {
+    "plane XY": (0, 1, 2),
+    "plane ZX": (2, 0, 1),
+    "plane YZ": (1, 2, 0),
+}  # two axes, and the one square to them
+
+
+def centre_of(start: np.ndarray, end: np.ndarray, radius: float, plane: str, clockwise: bool) -> np.ndarray:
+    """Return the centre of an arc by its radius: positive for less than half a turn, negative for more.
+
+    Examples
+    --------
+    >>> centre_of(np.array([10.0, 0, 0]), np.array([0.0, 10, 0]), 10, "plane XY", clockwise=False).round(6) + 0.0
+    array([0., 0., 0.])
+    """
+    first, second, _ = PLANES[plane]
+    chord = end[[first, second]] - start[[first, second]]
+    half = np.linalg.norm(chord) / 2
+    if half == 0:
+        raise InputError("arc", "ends apart, or a centre", f"equal ends and the radius {radius:g}")
+    if half > abs(radius) + arcs.SAME_RADIUS:
+        raise InputError("arc", f"a radius of {half:.4f} at least", f"{radius:g}")
+    rise = np.sqrt(max(radius**2 - half**2, 0.0)) / (2 * half)
+    across = np.array([-chord[1], chord[0]]) * rise
+    centre = start.copy()
+    centre[[first, second]] += chord / 2 + across * (-1 if clockwise == (radius > 0) else 1)
+    return centre
+
+
+def arc(start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, clockwise: bool, turns: int = 0):
+    """Return the points of an arc or a helix behind its start, shape (n, 3)."""
+    axis = np.zeros(3)
+    axis[PLANES[plane][2]] = -1.0 if clockwise else 1.0
+    return arcs.arc(start, end, centre, axis, CHORD, turns)
+
+
+def hole(
+    at: np.ndarray, axis: int, clearance: float, bottom: float, leave: float, slow: bool
+) -> tuple[np.ndarray, list[bool]]:
+    """Return the points of a drilling cycle at `at`, (n, 3), and which moves to them are rapid.
+
+    The tool comes at its present height, goes to `clearance`, to the `bottom` and out to `leave`; `slow` if it
+    comes out at its feed. Where it pecks or breaks chips it stays on this way.
+    """
+    heights, rapid = [at[axis], clearance, bottom], [True, True, False]
+    if slow:
+        heights, rapid = [*heights, clearance], [*rapid, False]
+    if heights[-1] != leave:
+        heights, rapid = [*heights, leave], [*rapid, True]
+    points = np.repeat(at[None], len(heights), axis=0)
+    points[:, axis] = heights
+    return points, rapid

@@ -1,0 +1,221 @@
+"""Where a program, whoever wrote it, goes along the CL path, and the first place where it does not.
+
+Blocks need not end at records: a post may have divided moves, or left records out that lie on a straight line.
+Each block is *placed* on the path, from its beginning to its end: at the first place, not before that of the block
+before it, where tip and tool axis keep their tolerances. Before the first record and behind the last one the tool
+may go anywhere. In between it may leave the path if it comes back to where it left, or goes on behind rapid moves
+of the CL data, and does not go below the place that it left.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from mathpost.formula import compiled
+from mathpost.kinematics import Kinematics
+from mathpost.path.cl import CLData
+from mathpost.post import proof
+
+WINDOW = 200  # records that may lie between the places of two blocks
+MANY = 5000  # blocks; with more of them it pays to load Numba
+SAMPLES = 33  # of a move that spans records
+SAME_PLACE = 1e-6  # of a record
+
+
+@dataclass(frozen=True)
+class Off:
+    """The first place where a program is off its CL path."""
+
+    block: int  # number of the move, from 0
+    record: float  # the place on the CL path, from 0
+    tip: float  # how far the tip is off, mm,
+    axis: float  # and the tool axis, radians
+    what: str  # "position", "way" between two blocks, or "end": the block is the last one and records are left
+    spans: bool = False  # whether the way leaves out a record
+
+
+@dataclass(frozen=True)
+class Along:
+    """A program along its CL path."""
+
+    place: np.ndarray  # shape (n,), where each block ends on the path, NaN for those that are off it
+    off: Off | None
+    tip: float  # most that the tip is off the path, between the blocks, too, mm,
+    axis: float  # and the tool axis, radians; as far as the program goes right
+
+
+def along(
+    tips: np.ndarray, axes: np.ndarray, cl: CLData, *, tip: float, axis: float,
+    joints: np.ndarray | None = None, kin: list[Kinematics] | None = None, tcp: np.ndarray | None = None,
+    free: np.ndarray | None = None,
+) -> Along:  # fmt: skip
+    """Return a program, given by tips and tool axes at the ends of its n blocks, (n, 3), along its CL path.
+
+    `tip` (mm) and `axis` (radians) are the tolerances. With the `joints`, (n, 5), for which `tcp`, (n,), says where
+    the control keeps the tip on a straight line, and the `Kinematics` of each block, the ways between blocks are
+    judged, too, but for those that are `free`, (n,).
+    """
+    points, directions = cl.points, cl.axes
+    if len(points) == 1:
+        points, directions = np.repeat(points, 2, axis=0), np.repeat(directions, 2, axis=0)
+    loop = compiled(_placed) if len(tips) > MANY else _placed
+    place = np.full(len(tips), np.nan)
+    loop(*map(np.ascontiguousarray, (tips, axes, points, directions)), tip, axis, place)
+    off = _position_off(tips, axes, cl, points, directions, tip, axis, place)
+    last = len(tips) if off is None or off.what == "end" else off.block
+    most = np.zeros(2)
+    if joints is not None:
+        way, most = _way_off(joints, kin, tcp, free, cl, tip, axis, place[:last])
+        if way is not None:
+            off = way
+    return Along(place, off, *map(float, most))
+
+
+def _placed(tips, axes, points, directions, tip, axis, place):
+    """Put into `place` where each block ends on the path, or leave NaN."""
+    started, at = False, 0.0
+    for block in range(len(tips)):
+        first = int(at)
+        stop = min(first + WINDOW, len(points) - 1) if started else 1
+        for segment in range(min(first, len(points) - 2), stop):
+            up, down = 0.0, 0.0
+            for k in range(3):
+                step, turn = (
+                    points[segment + 1, k] - points[segment, k],
+                    directions[segment + 1, k] - directions[segment, k],
+                )
+                up += (tips[block, k] - points[segment, k]) * step / tip**2
+                up += (axes[block, k] - directions[segment, k]) * turn / axis**2
+                down += step * step / tip**2 + turn * turn / axis**2
+            t = min(max(up / down if down > 0 else 1.0, 0.0), 1.0)
+            t = max(t, at - segment)
+            if not started:
+                t = 0.0
+            far, lean, length = 0.0, 0.0, 0.0
+            for k in range(3):
+                length += (directions[segment, k] + t * (directions[segment + 1, k] - directions[segment, k])) ** 2
+            for k in range(3):
+                far += (
+                    tips[block, k] - points[segment, k] - t * (points[segment + 1, k] - points[segment, k])
+                ) ** 2
+                on = directions[segment, k] + t * (directions[segment + 1, k] - directions[segment, k])
+                lean += (axes[block, k] - on / np.sqrt(length)) ** 2
+            if far <= tip**2 and lean <= axis**2:
+                started, at = True, segment + t
+                place[block] = at
+                break
+
+
+def _position_off(tips, axes, cl, points, directions, tip, axis, place):
+    """The first block that is off although it may not be, or the end of a program that is too short."""
+    on = np.flatnonzero(~np.isnan(place))
+    if not on.size:  # nowhere near the first record
+        far = np.linalg.norm(tips - points[0], axis=1)
+        lean = _angles(axes, directions[0])
+        block = int(np.hypot(far / tip, lean / axis).argmin())
+        return Off(block, 0.0, float(far[block]), float(lean[block]), "position")
+    for before, after in pairwise(on.tolist()):
+        if after > before + 1:
+            from_place, to_place = place[before], place[after]
+            same = to_place - from_place < SAME_PLACE
+            rapid = cl.rapid[int(np.floor(from_place)) + 1 : int(np.ceil(to_place)) + 1]
+            left, upwards = cl.at(from_place)
+            height = (tips[before + 1 : after] - left) @ upwards
+            if not (same or (rapid.size and rapid.all())) or height.min() < -tip:
+                return _nearest(tips, axes, points, directions, tip, axis, before + 1, from_place)
+    end = len(cl) - 1
+    if end - place[on[-1]] > SAME_PLACE:
+        last, there = on[-1], place[on[-1]]
+        far = np.linalg.norm(tips[last] - points[end])
+        lean = _angles(axes[last], directions[end])
+        if far > tip or lean > axis:
+            if last + 1 < len(tips):
+                return _nearest(tips, axes, points, directions, tip, axis, last + 1, there)
+            return Off(int(last), float(there), float(far), float(lean), "end")
+    return None
+
+
+def _nearest(tips, axes, points, directions, tip, axis, block, place):
+    """How far a block is off the records that follow its place."""
+    record = min(int(np.floor(place + SAME_PLACE)) + 1, len(points) - 1)
+    some = slice(record, record + WINDOW)
+    far = np.linalg.norm(points[some] - tips[block], axis=1)
+    lean = _angles(directions[some], axes[block])
+    near = int(np.hypot(far / tip, lean / axis).argmin())
+    return Off(int(block), float(record), float(far[near]), float(lean[near]), "position")
+
+
+def _way_off(joints, kin, tcp, free, cl, tip, axis, place):
+    """The first move between two blocks on the path that strays from it, and how far those before it stray."""
+    on = ~np.isnan(place)
+    moves = np.flatnonzero(on[:-1] & on[1:] & ~free[1 : len(place)])
+    same = np.array([kin[move] is kin[move + 1] for move in moves], bool)
+    moves = moves[same] if moves.size else moves
+    worst, found = np.zeros((2, len(moves))), None
+    for machine in dict.fromkeys(kin[move] for move in moves):
+        rows = np.array([n for n, move in enumerate(moves) if kin[move] is machine])
+        worst[:, rows] = _strays(machine, joints, tcp, cl, place, moves[rows])
+    spans = np.array([_spans(place[move], place[move + 1]) for move in moves], bool)
+    # A rapid move of the CL data does not count for the tool axis.
+    counted = ~cl.rapid[np.clip(np.ceil(place[moves + 1]).astype(int), 0, len(cl) - 1)] if moves.size else on[:0]
+    worst[1] *= counted
+    wrong = (worst[0] > tip) | (worst[1] > axis)
+    if wrong.any():
+        n = int(wrong.argmax())
+        move = int(moves[n])
+        record = float(np.floor(place[move] + SAME_PLACE) + 1)
+        found = Off(move + 1, record, float(worst[0, n]), float(worst[1, n]), "way", bool(spans[n]))
+        worst = worst[:, :n]
+    return found, worst.max(axis=1, initial=0)
+
+
+def _strays(kin, joints, tcp, cl, place, moves):
+    """How far moves stray from the CL path, shape (2, m), mm and radians."""
+    spans = np.array([_spans(place[move], place[move + 1]) for move in moves], bool)
+    worst = np.zeros((2, len(moves)))
+    plain, over = moves[~spans], moves[spans]
+    if plain.size:
+        ends = [cl.at(place[rows]) for rows in (plain, plain + 1)]
+        tips, axes = zip(*ends, strict=True)
+        worst[:, ~spans] = proof.deviation(kin, joints[plain], joints[plain + 1], tips=tips, axes=axes)
+        kept = tcp[plain + 1]
+        at = [kin.forward(joints[rows])[0] for rows in (plain, plain + 1)]
+        straight = np.max([np.linalg.norm(a - b, axis=1) for a, b in zip(at, tips, strict=True)], axis=0)
+        worst[0, ~spans] = np.where(kept, straight, worst[0, ~spans])
+    worst[:, spans] = np.reshape([_over(kin, joints, tcp, cl, place, move) for move in over], (-1, 2)).T
+    return worst
+
+
+def _over(kin, joints, tcp, cl, place, move):
+    """How far the records that a move spans are off it, and its samples off the path between them."""
+    t = np.linspace(0, 1, SAMPLES)[:, None]
+    tips, axes = kin.forward(joints[move] + t * (joints[move + 1] - joints[move]))
+    if tcp[move + 1]:
+        tips = tips[0] + t * (tips[-1] - tips[0])
+    inside = np.arange(np.floor(place[move] + SAME_PLACE) + 1, place[move + 1] - SAME_PLACE)
+    places = np.r_[place[move], inside, place[move + 1]]
+    points, directions = cl.at(places)
+    off_record = np.min([proof.from_segment(points, *ends) for ends in pairwise(tips)], axis=0)
+    off_path = np.min([proof.from_segment(tips, *ends) for ends in pairwise(points)], axis=0)
+    record_lean = np.min([proof.from_arc(directions, *ends) for ends in pairwise(axes)], axis=0)
+    path_lean = np.min([proof.from_arc(axes, *ends) for ends in pairwise(directions)], axis=0)
+    return max(off_record.max(), off_path.max()), max(record_lean.max(), path_lean.max())
+
+
+def _spans(before, after):
+    """Whether a record lies between two places."""
+    return np.floor(before + SAME_PLACE) + 1 < after - SAME_PLACE
+
+
+def _angles(first, second):
+    """Angles between unit vectors, radians."""
+    return 2 * np.arcsin(np.minimum(np.linalg.norm(first - second, axis=-1) / 2, 1))
+
+
+def kinematics_of(machines: list, count: int) -> list[Kinematics]:
+    """Return the `Kinematics` of each of so many blocks; `machines` are pairs of a block and its machine."""
+    found = []
+    for (first, machine), (stop, _) in zip(machines, [*machines[1:], (count, None)], strict=True):
+        found += [Kinematics(machine)] * (stop - first)
+    return found

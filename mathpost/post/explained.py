@@ -1,0 +1,255 @@
+"""What would explain a program that is off its CL path: each hypothesis is tried on the whole program.
+
+A hypothesis changes the poses that the words make: a chain computed with one of the causes of
+`mathpost.detective.causes`, words of another sign or unit, the other branch of the rotary axes, another origin or
+tool length; in the whole program, from the block on that is off first, or in that block alone. Or it changes the
+text: a digit of a word. What brings the program back onto its path explains it.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.controls.blocks import axis_word
+from mathpost.detective.causes import Setup, causes, misread
+from mathpost.errors import NUMBER, MathpostError
+from mathpost.kinematics import Kinematics
+from mathpost.path.cl import CLData
+from mathpost.post.along import Along, Off, along
+from mathpost.rotation import wrap
+
+MOST = 5  # explanations that are told
+FIRST = 2000  # blocks that a hypothesis must explain before it is tried on all
+CANDIDATES = 40  # blocks of which one may be at the first record, for a shift
+LONGEST = 20_000  # lines of a program whose words are edited and which is read anew
+
+
+@dataclass(frozen=True)
+class Case:
+    """A program, as it was simulated, and its CL path."""
+
+    text: str
+    lines: np.ndarray  # of the blocks
+    words: np.ndarray  # shape (n, 5), mm and degrees; X Y Z are tips where `tcp`
+    tcp: np.ndarray
+    kin: list[Kinematics]  # of each block
+    tips: np.ndarray
+    axes: np.ndarray
+    cl: CLData
+    tip: float
+    axis: float
+    read: Callable[[str], Along]  # simulates another text and compares it
+
+    def fits(self, tips: np.ndarray, axes: np.ndarray) -> bool:
+        """Whether poses at the ends of the blocks are along the CL path."""
+        if len(tips) > FIRST:
+            part = along(tips[:FIRST], axes[:FIRST], self.cl, tip=self.tip, axis=self.axis)
+            if part.off is not None and part.off.what != "end":
+                return False
+        return along(tips, axes, self.cl, tip=self.tip, axis=self.axis).off is None
+
+    def pose(self, words: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return tips and tool axes of words for all blocks."""
+        return self._by_machine(words, lambda kin, rows: np.concatenate(kin.forward(rows, degrees=True), axis=1))
+
+    def misread(self, cause) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return tips and tool axes of a chain with a cause of the catalogue; None where it concerns answers."""
+        setups = {kin: misread(Setup.right(kin.machine), cause) for kin in dict.fromkeys(self.kin)}
+        if any((setup.order, setup.signs) != ((0, 1, 2), (1.0, 1.0, 1.0)) for setup in setups.values()):
+            return None
+        return self._by_machine(self.words, lambda kin, rows: setups[kin].pose(rows))
+
+    def _by_machine(self, words, pose):
+        found = np.empty((len(words), 6))
+        for kin in dict.fromkeys(self.kin):
+            rows = np.array([each is kin for each in self.kin])
+            found[rows] = pose(kin, words[rows])
+        found[self.tcp, :3] = words[self.tcp, :3]
+        return found[:, :3], found[:, 3:]
+
+
+def explain(case: Case, off: Off) -> tuple[str, ...]:
+    """Return sentences that say what would explain a program that is off, the simplest first."""
+    found = []
+    if off.what == "way":
+        found += _on_the_way(case, off)
+    elif off.what == "position":
+        found += list(_poses(case, off))
+        found += [] if found else list(_shifts(case))
+    if not found and len(case.text) < LONGEST * 40:
+        found += list(_edits(case, off))
+    if not found and off.what == "position" and off.record == 0 and len(case.cl) > 1:
+        rest = case.cl.part(1, len(case.cl))
+        if along(case.tips, case.axes, rest, tip=case.tip, axis=case.axis).off is None:
+            found.append("record 1 is left out")
+    if off.what == "end":
+        found.append(f"the program ends before record {int(np.floor(off.record)) + 2} of {len(case.cl)}")
+    return tuple(dict.fromkeys(found))[:MOST]
+
+
+def _on_the_way(case, off):
+    """A whole turn too much, or a block that is missing."""
+    before, after = case.words[off.block - 1, 3:], case.words[off.block, 3:]
+    names = case.kin[0].machine.joint_names[3:]
+    for name, step in zip(names, after - before, strict=True):
+        if abs(step) > 180:
+            there = f"{wrap(step):.3f}° lead to the same place"
+            yield f"{name} turns by {step:.3f}° where {there}: a whole turn too much"
+    if off.spans:
+        yield f"record {int(off.record) + 1} is left out: a block is missing before line {case.lines[off.block]}"
+
+
+def _poses(case, off) -> Iterator[str]:
+    """Hypotheses that change poses, in the whole program, from the first block on that is off, and in it alone."""
+    ranges = (
+        ("", slice(None)),
+        (f" from line {case.lines[off.block]} on", slice(off.block, None)),
+        (f" in line {case.lines[off.block]} alone", slice(off.block, off.block + 1)),
+    )
+    tried, found = [(phrase, *pose) for phrase, pose in _hypotheses(case) if pose is not None], False
+    for where, rows in ranges:
+        if found:
+            return
+        for phrase, tips, axes in tried:
+            some_tips, some_axes = case.tips.copy(), case.axes.copy()
+            some_tips[rows], some_axes[rows] = tips[rows], axes[rows]
+            if case.fits(some_tips, some_axes):
+                found = True
+                yield phrase + where
+
+
+def _hypotheses(case):
+    """Phrases, and the tips and tool axes that the words would have had to make."""
+    for cause in causes(case.kin[0].machine):
+        yield cause.slip.phrase, case.misread(cause)
+    words, names = case.words, case.kin[0].machine.joint_names
+    for axis, name in enumerate(names[:3]):  # of the rotary axes that is one of the causes
+        changed = words.copy()
+        changed[:, axis] *= -1
+        yield f"the words {name} have the other sign", case.pose(changed)
+    for factor, phrase in ((25.4, "X Y Z are in inches"), (1 / 25.4, "X Y Z are mm taken for inches")):
+        yield phrase, case.pose(words * [factor, factor, factor, 1, 1])
+    yield "the rotary axes are those of the other branch, X Y Z are not", case.pose(_other_branch(case))
+    for first, second in ((0, 1), (0, 2), (1, 2), (3, 4)):
+        order = list(range(5))
+        order[first], order[second] = second, first
+        yield f"{names[first]} and {names[second]} stand in each other's place", case.pose(words[:, order])
+
+
+def _other_branch(case):
+    """The words with the other rotary angles for the same tool axes."""
+    words = case.words.copy()
+    for kin in dict.fromkeys(case.kin):
+        rows = np.flatnonzero([each is kin for each in case.kin])
+        both = kin.inverse(np.zeros(3), case.axes[rows], degrees=True)[..., 3:]
+        away = np.abs(wrap(both - words[rows, None, 3:])).sum(axis=2)
+        other = both[np.arange(len(rows)), np.nan_to_num(away, nan=-1.0).argmax(axis=1)]
+        words[rows, 3:] = np.where(np.isnan(other), words[rows, 3:], other)
+    return words
+
+
+def _shifts(case) -> Iterator[str]:
+    """Another work offset, origin of the CL data, or tool length, from a block that may be at the first record."""
+    point, axis = case.cl.points[0], case.cl.axes[0]
+    for block in range(min(CANDIDATES, len(case.words))):
+        if np.linalg.norm(case.axes[block] - axis) > case.axis:
+            continue
+        missing = point - case.tips[block]
+        kin = case.kin[block]
+        moved = (
+            kin.close(point, np.deg2rad(case.words[block, 3:]))[:3]
+            - kin.close(case.tips[block], np.deg2rad(case.words[block, 3:]))[:3]
+        )
+        along_tool = missing @ axis
+        along_axis = np.linalg.norm(missing - along_tool * axis) < case.tip
+        if along_axis and case.fits(case.tips + along_tool * case.axes, case.axes):
+            yield f"the tool is {abs(along_tool):.4f} mm {'longer' if along_tool > 0 else 'shorter'} in the program"
+        if case.fits(case.tips + missing, case.axes):
+            yield f"the origin of the CL data is moved by {_vector(-missing)} in the workpiece"
+        shifted = case.words.copy()
+        shifted[~case.tcp, :3] += moved
+        if not case.tcp.any() and case.fits(*case.pose(shifted)):
+            yield f"the work offset is off by {_vector(moved)}: origin, or tool length"
+            return
+
+
+def _vector(values):
+    return " ".join(f"{name}{value:+z.4f}" for name, value in zip("XYZ", values, strict=True))
+
+
+def _edits(case, off) -> Iterator[str]:
+    """One digit, sign or point of a word in the line of the first block that is off, or in those before it."""
+    texts = case.text.splitlines()
+    names = case.kin[0].machine.joint_names
+    word = re.compile("|".join(rf"(?<![A-Z0-9]){re.escape(axis_word(name).strip())}({NUMBER})" for name in names))
+    for block in range(off.block, max(off.block - 3, -1), -1):
+        line = int(case.lines[block])
+        for match in word.finditer(texts[line - 1]):
+            axis = match.lastindex - 1
+            found = match[match.lastindex]
+            for other in _alike(found):
+                if not _near(case, block, axis, float(other) - float(found), off):
+                    continue
+                start, end = match.span(match.lastindex)
+                changed = [*texts]
+                changed[line - 1] = texts[line - 1][:start] + other + texts[line - 1][end:]
+                try:
+                    fits = case.read("\n".join(changed) + "\n").off is None
+                except MathpostError:
+                    continue
+                if fits:
+                    yield f"line {line}: {match[0]} stands where {names[axis]}{other} would be right"
+
+
+def _near(case, block, axis, step, off):
+    """Whether a block with one word changed would be on the CL path near the place where it should be."""
+    words = case.words[block].copy()
+    words[axis] += step
+    kin = case.kin[block]
+    tip, tool = kin.forward(words, degrees=True)
+    tip = words[:3] if case.tcp[block] else tip
+    first = max(int(off.record) - 3, 0)
+    points, directions = case.cl.points[first : first + 8], case.cl.axes[first : first + 8]
+    if len(points) < 2:
+        points, directions = np.repeat(points, 2, axis=0), np.repeat(directions, 2, axis=0)
+    place = along(
+        tip[None], tool[None], case.cl.part(first, first + len(points)), tip=case.tip, axis=case.axis
+    ).place
+    if not np.isnan(place[0]):
+        return True
+    ends = np.linspace(0, 1, 65)[:, None, None]
+    on = points[:-1] + ends * np.diff(points, axis=0)
+    leans = directions[:-1] + ends * np.diff(directions, axis=0)
+    leans /= np.linalg.norm(leans, axis=-1, keepdims=True)
+    spacing = np.linalg.norm(np.diff(points, axis=0), axis=1).max() / 128
+    near = np.linalg.norm(on - tip, axis=-1) <= case.tip + spacing
+    return bool((near & (np.linalg.norm(leans - tool, axis=-1) <= 2 * case.axis)).any())
+
+
+def _alike(number):
+    """Numbers that differ in one digit, in the sign, in two digits exchanged, or in where the point stands."""
+    sign, digits = ("-", number[1:]) if number[0] == "-" else ("", number.lstrip("+"))
+    plus = "+" if number[0] == "+" else ""
+    found = ["-" + digits if not sign else plus + digits]
+    for place, character in enumerate(digits):
+        if character.isdigit():
+            found += [
+                sign + digits[:place] + other + digits[place + 1 :] for other in "0123456789" if other != character
+            ]
+        if place and digits[place - 1] != character and "." not in digits[place - 1 : place + 1]:
+            found.append(sign + digits[: place - 1] + character + digits[place - 1] + digits[place + 1 :])
+    if "." in digits:
+        bare, point = digits.replace(".", ""), digits.index(".")
+        found += [
+            sign + bare[:place] + "." + bare[place:] for place in (point - 1, point + 1) if 0 <= place <= len(bare)
+        ]
+    found += [
+        sign + digits[:place] + digits[place + 1 :] for place in range(len(digits)) if digits[place].isdigit()
+    ]
+    found += [
+        sign + digits[:place] + other + digits[place:] for place in range(len(digits) + 1) for other in "0123456789"
+    ]
+    unique = dict.fromkeys(each for each in found if re.fullmatch(NUMBER, each) and float(each) != float(number))
+    return list(unique)

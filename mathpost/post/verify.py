@@ -1,0 +1,226 @@
+"""A program that somebody else's post wrote: read, simulated along the joints, and compared with the CL data."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.controls.control import Control, control_for
+from mathpost.controls.coordinates import Setup
+from mathpost.controls.reader import Program, follow
+from mathpost.errors import InputError
+from mathpost.kinematics import Kinematics
+from mathpost.machine import UNITS, Machine
+from mathpost.path.cl import CLData, from_arrays
+from mathpost.post.along import Along, along, kinematics_of
+from mathpost.post.explained import Case, explain
+from mathpost.post.options import TOLERANCE
+from mathpost.post.proof import joints_of
+from mathpost.post.singular import AXIS_TOLERANCE, CONE, from_pole
+from mathpost.post.time_law import asked_by, time_law
+
+SWING = 90.0  # degrees that a rotary axis turns in one block
+BETWEEN = (0.25, 0.5, 0.75)  # of a move, where travel is looked at besides its ends
+SHOWN = 5  # lines of each kind in the report
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What a program does on a machine; ``print(verified)`` says it."""
+
+    name: str
+    control: str
+    program: Program
+    joints: np.ndarray  # shape (n, 5), mm and radians, at the ends of the moves
+    tips: np.ndarray  # shape (n, 3), in the workpiece, mm
+    axes: np.ndarray  # shape (n, 3), unit vectors
+    names: tuple  # of the joints
+    outside: tuple  # pairs: a block from 0, which joints are out of travel there or on the way
+    swings: tuple  # (block, name of the axis, degrees)
+    pole: tuple  # (first block, last block, least angle from the pole in degrees)
+    seconds: float  # by the time law; 0 if neither feeds nor rates are known
+    records: int  # of the CL data, 0 without
+    along: Along | None  # with CL data
+    explained: tuple  # sentences
+
+    @property
+    def status(self) -> int:
+        """0 agrees, 1 a block is off or out of travel."""
+        return int(bool(self.outside) or (self.along is not None and self.along.off is not None))
+
+    def line(self, block: int) -> int:
+        """The line of the program's text that a block stands on."""
+        return int(self.program.lines[block])
+
+    @property
+    def cl(self) -> CLData:
+        """The poses of the program itself as CL data: for views."""
+        return from_arrays(self.tips, self.axes, name=self.name)
+
+    def data(self) -> dict:
+        """Return all of it as plain data, for JSON."""
+        off = self.along.off if self.along else None
+        blocks = self.program.blocks
+        columns = {
+            "line": self.program.lines,
+            "joints": self.joints * UNITS,
+            "tip": self.tips,
+            "axis": self.axes,
+            "tcp": blocks.tcp,
+            "rapid": blocks.rapid,
+        }
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return {
+            "program": self.name,
+            "control": self.control,
+            "status": self.status,
+            "blocks": [dict(zip(columns, row, strict=True)) for row in rows],
+            "outside": [{"line": self.line(block), "why": why} for block, why in self.outside],
+            "swings": [{"line": self.line(b), "axis": name, "degrees": turn} for b, name, turn in self.swings],
+            "pole": [{"from": self.line(a), "to": self.line(b), "degrees": least} for a, b, least in self.pole],
+            "seconds": self.seconds,
+            "skipped": self.program.skipped,
+            "off": None if off is None else vars(off) | {"line": self.line(off.block)},
+            "explained": list(self.explained),
+        }
+
+    def __str__(self) -> str:
+        rows = [("program", f"{self.name}, {self.control}: {len(self.joints)} moves on {self._lines()}")]
+        for name, column in zip(self.names, (self.joints * UNITS).T, strict=True):
+            unit = "mm" if name in "XYZ" else "°"
+            rows.append((name, f"{column.min():z.3f} … {column.max():z.3f} {unit}"))
+        if self.seconds:
+            rows.append(("time", f"{self.seconds:.1f} s, a control that looks ahead over all axes"))
+        rows += self._several("travel", [f"line {self.line(b)}: {why}" for b, why in self.outside], "inside")
+        swings = [f"line {self.line(b)}: {name} turns by {turn:.1f}°" for b, name, turn in self.swings]
+        rows += self._several("swings", swings, f"no rotary axis turns more than {SWING:g}° in a block")
+        passed = [f"lines {self.line(a)} … {self.line(b)}: {least:.3f}° from it" for a, b, least in self.pole]
+        rows += self._several("pole", passed, f"never nearer than {np.degrees(CONE):g}°")
+        if skipped := self.program.skipped:
+            rows.append(("skipped", ", ".join(f"{count} × {word}" for word, count in skipped.items())))
+        rows += [("assumed", sentence) for sentence in self.program.assumed]
+        rows += self._agreement()
+        return "\n".join(f"{key:<10} {value}" for key, value in rows)
+
+    def _lines(self):
+        return f"lines {self.line(0)} … {self.line(-1)}"
+
+    def _several(self, key, sentences, otherwise):
+        if not sentences:
+            return [(key, otherwise)]
+        more = len(sentences) - SHOWN
+        return [(key, each) for each in sentences[:SHOWN]] + ([(key, f"and {more} more")] if more > 0 else [])
+
+    def _agreement(self):
+        if self.along is None:
+            return [("CL data", "none: what the program should do was not compared")]
+        found, off = self.along, self.along.off
+        most = f"tip {found.tip:.4f} mm, tool axis {np.degrees(found.axis):.4f}° off at most"
+        if off is None:
+            return [("CL data", f"agrees with all {self.records} records: {most}")]
+        record = min(int(off.record) + 1, self.records)
+        where = {"position": f"line {self.line(off.block)}", "end": f"the end, line {self.line(off.block)},"}
+        what = where.get(off.what, f"the way to line {self.line(off.block)}")
+        said = f"{what} is off: tip {off.tip:.4f} mm, tool axis {np.degrees(off.axis):.4f}° from record {record}"
+        because = [("explained", sentence) for sentence in self.explained] or [
+            ("explained", "by nothing that was tried")
+        ]
+        return [("CL data", said), *because]
+
+
+def verify(
+    text: str, machine: Machine, control: Control | str = "heidenhain", *, cl: CLData | None = None,
+    setup: Setup | None = None, tolerance: float = TOLERANCE, axis_tolerance: float = AXIS_TOLERANCE,
+    name: str = "program",
+) -> Verified:  # fmt: skip
+    """Read and simulate a program and, given CL data, compare it with them; `axis_tolerance` in radians.
+
+    `InputError` if it cannot be read, or an offset or the length of a tool is needed that `setup` does not have.
+    Between two blocks in rapid traverse only the ends are judged where the control moves each axis at its own rate.
+    """
+    if not (0 < tolerance < np.inf and 0 < axis_tolerance < np.pi):
+        raise InputError("tolerance", "mm and an angle above 0", f"{tolerance:g}, {np.degrees(axis_tolerance):g}°")
+    control = control_for(machine, control)
+    program = follow(text, machine, control, setup=setup, name=name)
+    joints, tips, axes, kin = _simulated(program)
+    names = machine.joint_names
+    compared, explained = None, ()
+    if cl is not None:
+        compared = _compared(program, (joints, tips, axes, kin), cl, control, tolerance, axis_tolerance)
+        if compared.off is not None:
+
+            def read(other):
+                again = follow(other, machine, control, setup=setup, name=name)
+                return _compared(again, _simulated(again), cl, control, tolerance, axis_tolerance)
+
+            case = Case(
+                text, program.lines, program.blocks.words, program.blocks.tcp, kin, tips, axes, cl, tolerance,
+                axis_tolerance, read,
+            )  # fmt: skip
+            explained = explain(case, compared.off)
+    return Verified(
+        name, control.name, program, joints, tips, axes, names, _outside(program, joints, kin),
+        _swings(joints, names), _near_pole(axes, kin), _seconds(program, control), 0 if cl is None else len(cl),
+        compared, explained,
+    )  # fmt: skip
+
+
+def _simulated(program):
+    """Joints, tips and tool axes at the ends of the moves, and the kinematics of each."""
+    blocks = program.blocks
+    kin = kinematics_of(program.machines, len(blocks.words))
+    joints, tips, axes = np.empty((len(kin), 5)), np.empty((len(kin), 3)), np.empty((len(kin), 3))
+    for machine in dict.fromkeys(kin):
+        rows = np.array([each is machine for each in kin])
+        joints[rows] = joints_of(machine, blocks[rows])
+        tips[rows], axes[rows] = machine.forward(joints[rows])
+    return joints, tips, axes, kin
+
+
+def _compared(program, simulated, cl, control, tip, axis):
+    joints, tips, axes, kin = simulated
+    free = program.blocks.rapid & (not control.rapid_interpolated)
+    return along(
+        tips, axes, cl, tip=tip, axis=axis, joints=joints, kin=kin, tcp=program.blocks.tcp, free=free
+    )  # fmt: skip
+
+
+def _outside(program, joints, kin):
+    """Blocks that end out of travel, or go there on their way under TCP."""
+    found = []
+    for machine in dict.fromkeys(kin):
+        rows = np.flatnonzero([each is machine for each in kin])
+        ok = machine.machine.within(joints[rows]).all(axis=1)
+        found += [(int(row), "; ".join(machine.machine.out_of_travel(joints[row]))) for row in rows[~ok]]
+        inner = [row for row, inside in zip(rows[1:], ok[1:], strict=True) if inside and kin[row - 1] is machine]
+        inner = np.array([row for row in inner if program.blocks.tcp[row] and program.blocks.tcp[row - 1]], int)
+        words = program.blocks.joints
+        for t in BETWEEN if inner.size else ():
+            mixed = words[inner - 1] + t * (words[inner] - words[inner - 1])
+            way = machine.close(mixed[:, :3], mixed[:, 3:])
+            for row, at in zip(inner[~machine.machine.within(way).all(axis=1)], way, strict=False):
+                found.append((int(row), "on the way: " + "; ".join(machine.machine.out_of_travel(at))))
+    return tuple(sorted(dict(reversed(found)).items()))
+
+
+def _swings(joints, names):
+    steps = np.degrees(np.diff(joints[:, 3:], axis=0))
+    rows, columns = np.nonzero(np.abs(steps) > SWING)
+    return tuple((int(r) + 1, names[3 + c], float(steps[r, c])) for r, c in zip(rows, columns, strict=True))
+
+
+def _near_pole(axes, kin):
+    """Runs of blocks whose tool axis is near the pole."""
+    angle = from_pole(kin[0], axes, (0, np.inf))
+    near = np.r_[False, angle < CONE, False]
+    edges = np.flatnonzero(near[1:] != near[:-1]).reshape(-1, 2)
+    return tuple((int(a), int(b) - 1, float(np.degrees(angle[a:b].min()))) for a, b in edges)
+
+
+def _seconds(program, control):
+    total, edges = 0.0, [first for first, _ in program.machines] + [len(program.lines)]
+    for (first, machine), stop in zip(program.machines, edges[1:], strict=True):
+        part = program.blocks[first:stop]
+        if len(part.words) > 1:
+            joints, asked = asked_by(Kinematics(machine), part, control)
+            total += float(time_law(machine, joints, np.nan_to_num(asked)).seconds[-1])
+    return total
