@@ -164,8 +164,8 @@ def _of_angles(sequence: str) -> tuple[_Reading, ...]:
         changes.append(({"factor": factor}, Slip("sign", 1.0, f"the sign of the {name} angle is reversed")))
     changes.append(({"factor": (-1.0,) * 3}, Slip("sign", 1.05, "all angles are negated")))
     degree = float(np.degrees(1))
-    for factor, phrase in ((2.0, "twice the angles are used"), (0.5, "half of the angles is used")):
-        changes.append(({"factor": (factor,) * 3}, Slip("double angle", 1.25, phrase)))
+    for times, phrase in ((2.0, "twice the angles are used"), (0.5, "half of the angles is used")):
+        changes.append(({"factor": (times,) * 3}, Slip("double angle", 1.25, phrase)))
     changes.append(({"factor": (degree,) * 3}, slip("radians", "the degrees are taken for radians")))
     changes.append(
         ({"factor": (1 / degree,) * 3}, slip("radians", "the angles are converted to radians twice", 0.2))
