@@ -5,7 +5,7 @@ the machine file's geometry, believes to hold. `Readings` say at which joints, f
 direction. `template` prints a file for each method to fill in; the methods are in data/measurements/methods.toml.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -109,7 +109,11 @@ def read(path, machine, *, change=None, **settings):
         _obey_places(table, ("at",))
         return bar(table, machine)
     _obey_places(table, set(table) - {*METHODS[method]["readings"], *RUNS})
-    return positioning(table, machine) if method in POSITIONING else _readings(table, machine, method)
+    if method not in POSITIONING:
+        return _readings(table, machine, method)
+    found = positioning(table, machine)
+    # With one reading in a row, forth and back may well read the same.
+    return replace(found, doubts=(*found.doubts, *_repeated(table))) if len(table) > 2 else found
 
 
 def _columns(method, machine):
