@@ -23,6 +23,7 @@ LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no th
 BODY = 5.0  # mm, assumed: the radius of the tool's body,
 LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
 PLACE_DIGITS = 9  # of a place on the CL path: what rounding adds to that of a record does not count
+MANY_POINTS = 5000  # that the body of the tool is held against one by one
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
@@ -311,6 +312,13 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
             raise MathpostError(f"{cl.where(motion.place[moves[height.argmin()] + 1])}: {into}")
 
 
+def _spread(points):
+    """The numbers of points that stand for all, one in each cube of a fifth of the body's radius; all of a few."""
+    if len(points) <= MANY_POINTS:
+        return np.arange(len(points))
+    return np.sort(np.unique(np.round(points / (BODY / 5)), axis=0, return_index=True)[1])
+
+
 def in_body(points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: float) -> np.ndarray:
     """Whether points (n, 3) are inside the body of the tool at any of m poses, tips and axes (m, 3); shape (n,).
 
@@ -335,7 +343,8 @@ def _refuse_collision(kin, cl, blocks, motion, real):
     if not moves.size:
         return
     machine, joints = real or kin, joints_of(kin, blocks)
-    length = max(kin.machine.tool_length, LEAST_BODY)
+    length, records = max(kin.machine.tool_length, LEAST_BODY), _spread(cl.points)
+    points = cl.points[records]
     on_part = np.flatnonzero(~motion.lifted)
     tips, axes = machine.forward(joints[on_part])
     for some, t, tip, axis in sampled(machine, joints[moves], joints[moves + 1], least=LEAST_INTERVALS):
@@ -343,14 +352,14 @@ def _refuse_collision(kin, cl, blocks, motion, real):
         line = tip[0] + t[..., None] * (tip[-1] - tip[0])
         tip = np.where(blocks.tcp[rows + 1, None], line, tip)
         for n, move in enumerate(rows):
-            hit = in_body(cl.points, tip[:, n], axis[:, n], length)
+            hit = in_body(points, tip[:, n], axis[:, n], length)
             if not hit.any():
                 continue
             after = np.searchsorted(on_part, move)
             ends = np.clip([after - 1, after], 0, len(on_part) - 1)
-            hit &= ~in_body(cl.points, tips[ends], axes[ends], np.inf)
+            hit &= ~in_body(points, tips[ends], axes[ends], np.inf)
             if hit.any():
-                record = int(hit.argmax())
+                record = int(records[hit.argmax()])
                 way = "to a safe position" if motion.far[move] else "lifted"
                 touched = f"its body, {2 * BODY:g} mm across, meets the point of record {cl.first + record + 1}"
                 raise MathpostError(f"{cl.where(motion.place[move + 1])}: on its way there, {way}, {touched}")
