@@ -13,10 +13,9 @@ from mathpost.detective.rotations import explain_rotation
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.plane import pose
-from mathpost.shell.options import FILE, number
+from mathpost.shell.options import FILE, THREE, number
 from mathpost.shell.pose import control_lines, position_rows
 
-THREE: dict[str, Any] = {"nargs": 3, "type": number}
 ROW: dict[str, Any] = {"nargs": "+", "type": number, "action": "append"}
 
 

@@ -79,6 +79,17 @@ def given(options: argparse.Namespace, names: Iterable[str]) -> dict:
     return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
 
 
+THREE: dict[str, Any] = {"nargs": 3, "type": number}
+PRESENT: dict[str, Any] = {
+    "dest": "present",
+    "nargs": "+",
+    "type": number,
+    "metavar": "Q",
+    "help": "rotary angles where it stands (default 0)",
+}
+JSON: dict[str, Any] = {"action": "store_true", "help": "for scripts, with all digits"}
+
+
 def write(path: Path | None, text: str, inputs: Iterable[Path] = ()) -> None:
     """Write a file, or to standard output if there is no `path`."""
     if path:

@@ -3,7 +3,6 @@
 import argparse
 import json
 import re
-from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,9 @@ from mathpost.kinematics import Kinematics
 from mathpost.plane import blocks, pose, positioning
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import wrap
-from mathpost.shell.options import FILE, count_of, named, number, plain
+from mathpost.shell.options import FILE, JSON, PRESENT, THREE, count_of, named, plain
 from mathpost.shell.pose import control_lines, position_rows
 
-THREE: dict[str, Any] = {"nargs": 3, "type": number}
 SAME = 1e-6  # degrees between two angles that are one
 SEEN = 10.0  # mm from the plane's origin along its X: where that would be with a wrong K
 
@@ -33,15 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--origin", **THREE, metavar=("X", "Y", "Z"), help="of the plane in the workpiece, mm")
     add("--keep", choices=("B", "N"), default="", help="of a PLANE VECTOR whose B and N are not square")
     add("--machine", **FILE, help="machine file: its positions, the third angle for it, the work offset")
-    add(
-        "--from",
-        dest="present",
-        nargs="+",
-        type=number,
-        metavar="Q",
-        help="rotary angles where it stands (default 0)",
-    )
-    add("--json", action="store_true", help="for scripts, with all digits")
+    add("--from", **PRESENT)
+    add("--json", **JSON)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -3,7 +3,6 @@
 import argparse
 import json
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -11,9 +10,7 @@ from mathpost import machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.plane import pose
-from mathpost.shell.options import MACHINE, columns, count_of, named, number
-
-THREE: dict[str, Any] = {"nargs": 3, "type": number}
+from mathpost.shell.options import JSON, MACHINE, PRESENT, THREE, columns, count_of, named, number
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,15 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--axis", **THREE, metavar=("I", "J", "K"), help="tool axis in the workpiece, of any length")
     add("--tip", **THREE, default=("0", "0", "0"), metavar=("X", "Y", "Z"), help="mm (default 0 0 0)")
     add("--joints", nargs="+", type=number, metavar="Q", help="instead: X Y Z in mm and the rotary angles, degrees")
-    add(
-        "--from",
-        dest="present",
-        nargs="+",
-        type=number,
-        metavar="Q",
-        help="rotary angles where it stands (default 0)",
-    )
-    add("--json", action="store_true", help="for scripts, with all digits")
+    add("--from", **PRESENT)
+    add("--json", **JSON)
 
 
 def run(options: argparse.Namespace) -> int:
