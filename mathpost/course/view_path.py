@@ -10,6 +10,7 @@ from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import selection
 from mathpost.post.between_blocks import Motion
 from mathpost.post.proof import strays
+from mathpost.post.time_law import block_times, time_law
 from mathpost.rotation import ACTIVE
 from mathpost.sources import yu_dan
 
@@ -233,6 +234,34 @@ def smoothed(kin, cl, joints, region, *, most=60):
         return [f"n = {n}: {off}"]
 
     return recorded(figure, update, slider("n", 1, most, 5, unit=""), height=470)
+
+
+def virtual_time(kin, cl, joints, region, *, n=160):
+    """Both angles on the clamped cubic of source 002, slider Δt₁ = Δt₂, with its axis error and the path's time."""
+    first, last = region
+    names = kin.machine.joint_names[3:]
+    figure, panels = subplots(1, 2, size=(8.5, 3.7))
+    curves = []
+    for panel, name, around in zip(panels, names, (4, 40), strict=True):
+        ends = np.degrees(joints[[first, last], 3 + names.index(name)])
+        panel.plot([first + 1, last + 1], ends, "o", color=plot.COLOUR["machine"], label="records s and e")
+        curves += panel.plot([], [], color=plot.COLOUR["cubic"], label="clamped cubic")
+        panel.set(xlabel="virtual time, records", ylabel=f"{name}, degrees")
+        panel.set_ylim(ends.min() - around, ends.max() + around)
+    panels[1].legend(loc="upper right")
+
+    def update(dt):
+        place, rows = yu_dan.smooth(kin, cl, joints, region, n, dt=(dt, dt))
+        for curve, angle in zip(curves, rows[:, 3:].T, strict=True):
+            curve.set_data(place + 1, np.degrees(angle))
+        off = np.degrees(strays(kin, cl, Motion.on_part(rows, place))[1].max())
+        path = np.concatenate([joints[:first], rows, joints[last + 1 :]])
+        asked = block_times(kin.machine, path, kin.forward(path)[0], np.full(len(path) - 1, np.nan), True)
+        seconds = time_law(kin.machine, path, asked).seconds[-1]
+        least = np.degrees(rows[:, 3].min())
+        return [f"least {names[0]} {least:.2f}°, tool axis off by {off:.2f}°, {seconds:.2f} s in {n + 1} blocks"]
+
+    return recorded(figure, update, slider("Δt₁ = Δt₂", 0.1, 2, 1, step=0.1, unit=""), height=450)
 
 
 def moved_aside(crossing, *, most=6.0):

@@ -88,3 +88,15 @@ def test_moved_aside_and_smoothed(dmu50v, blade):
     way = crossing.way("aside", lean=np.radians(1.0))
     assert f"{way.time:.2f} s" in repr(view_path.moved_aside(crossing, most=1.5))
     assert "n = 5: the tip is off by up to 5.5" in repr(view_path.smoothed(dmu50v, blade, joints, (1, 2), most=6))
+
+
+def test_virtual_time(dmu50v, blade):
+    """At Δt = 1 what the way says; at 0.5 and 2 what dense sampling found, and B below zero at 0.5."""
+    joints = selection.choose(dmu50v, blade).joints
+    view = view_path.virtual_time(dmu50v, blade, joints, (1, 2))
+    way = Crossing(dmu50v, blade, joints, (1, 2)).way("cubic")
+    _, off, seconds = said(view)
+    assert off == pytest.approx(np.degrees(way.axis_error), abs=0.006)
+    assert seconds == pytest.approx(way.time, abs=0.06)  # more blocks, other corners
+    spoken = [line for (line,) in view.state["said"]]
+    assert "least B -0.20°, tool axis off by 0.57°" in spoken[4] and "off by 1.95°" in spoken[-1]
