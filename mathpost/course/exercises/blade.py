@@ -159,11 +159,12 @@ def unproved(text):
         )
     moves = between(kin, path, joints, found)
     for move in np.flatnonzero(moves.height < LIFTED):
-        where = f"Between records {moves.record[move]} and {moves.record[move] + 1}"
+        last = moves.record[move] + 1
         if moves.tip[move] > TIP and not blocks.tcp[move + 1]:
-            return f"{where} the tip strays by {moves.tip[move]:.3f} mm."
+            return f"Between records {last - 1} and {last} the tip strays by {moves.tip[move]:.3f} mm."
         if np.degrees(moves.axis[move]) > AXIS:
-            return f"{where} the tool axis strays by {np.degrees(moves.axis[move]):.3f}°."
+            lean = np.degrees(moves.axis[move])
+            return f"Between records {last - 1} and {last} the tool axis strays by {lean:.3f}°."
     return wrong_feed(kin, joints, blocks, found.blocks[0], moves)
 
 
@@ -172,22 +173,24 @@ def wrong_feed(kin, joints, blocks, first, moves):
     tips = kin.forward(joints)[0]
     steps = len(joints) - 1
     asked = block_times(kin.machine, joints, tips, np.full(steps, FEED), np.ones(steps, bool))
-    approach = blocks.feeds[first]
+    approach, record = blocks.feeds[first], 1
     if not blocks.rapid[first] and abs(approach - FEED) > 0.5:
-        return f"On the way to record 1 the feed is {approach:g} mm/min; the CL data have {FEED}."
+        return f"On the way to record {record} the feed is {approach:g} mm/min; the CL data have {FEED}."
     for move in np.flatnonzero(moves.height < LIFTED):
-        block, where = first + move + 1, f"On the way to record {moves.record[move] + 1}"
+        block, record = first + move + 1, moves.record[move] + 1
         seconds, feed, needed = blocks.seconds[block], blocks.feeds[block], asked[block - 1]
         if blocks.rapid[block]:
-            return f"{where} a block is rapid, and the tool is in cut."
+            return f"On the way to record {record} a block is rapid, and the tool is in cut."
         if not np.isnan(seconds):
             if not 0.99 * needed - 0.001 <= seconds <= SLOWER * needed + 0.01:
-                said = f"{where} a block takes {seconds:.3f} s"
-                return f"{said}; feed and rates of the machine ask for {needed:.3f} s."
+                return (
+                    f"On the way to record {record} a block takes {seconds:.3f} s; "
+                    f"feed and rates of the machine ask for {needed:.3f} s."
+                )
         elif np.isnan(feed):
-            return f"{where} a block states no feed and no time."
+            return f"On the way to record {record} a block states no feed and no time."
         elif abs(feed - FEED) > 0.5:
-            return f"{where} the feed is {feed:g} mm/min; the CL data have {FEED}."
+            return f"On the way to record {record} the feed is {feed:g} mm/min; the CL data have {FEED}."
     return ""
 
 
