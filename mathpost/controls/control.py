@@ -24,6 +24,12 @@ COMMANDS = (
     "coolant FLOOD", "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF",
     "dwell", "stop", "optional stop",
 )  # fmt: skip
+# What a control does where one block ends and the next begins, as a report says it.
+BETWEEN_BLOCKS = {
+    "look-ahead": "a control that looks ahead over all axes",
+    "stop": "a control that stops before and behind every block that turns an axis",
+    "overlap": "a control that overlaps blocks that turn an axis, at half the acceleration",
+}
 LINES = each(str), "a list of lines"
 TEMPLATES = "a list of lines, in them {0}, {1} and {edge} only"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
@@ -62,6 +68,7 @@ class Control:
     # that turns states its time, with TCP too, in which no axis exceeds its rate.
     turning_feed: str
     feed_stated: bool  # whether a move at feed must state one
+    between_blocks: str  # what it does there: one of `BETWEEN_BLOCKS`
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
     block_time: str  # word for the seconds of a block, or nothing
     compensation: str  # where its words stand, "before" or "behind" the positions
@@ -277,6 +284,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         rapid=motion.take("rapid", some_text, "the word of rapid traverse"),
         rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
         turning_feed=motion.take("turning_feed", *one_of("degrees", "rates", "time"), "degrees"),
+        between_blocks=motion.take("between_blocks", *one_of(*BETWEEN_BLOCKS), "look-ahead"),
         feed_stated=motion.take("feed_stated", TRUTH, "true or false", False),
         inverse_time=tuple(
             motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())

@@ -142,4 +142,4 @@ def _parameters(machine):
     if against:
         sign = f"turns the workpiece positively; here {against} does not (ISO 841): it would put the tip elsewhere"
     own = f"xyz{names.lower()}-trt-kins"
-    return f"LinuxCNC's own {own} takes {told},\n   tool-offset from motion.tooloffset.z. It {sign}."
+    return f"LinuxCNC's own {own} takes {told},\n   tool-offset {machine.tool_length:g}. It {sign}."

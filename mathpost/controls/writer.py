@@ -15,11 +15,17 @@ MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a pro
 
 
 def write(
-    blocks: Blocks, machine: Machine, control: Control | str = "heidenhain", *, name: str = "MATHPOST"
+    blocks: Blocks,
+    machine: Machine,
+    control: Control | str = "heidenhain",
+    *,
+    name: str = "MATHPOST",
+    rounding: float = 0.0,
 ) -> str:
     """Return the text of a program for a control, or one of that name; words that do not change are left out.
 
     There is at least one block, and none like the one before. Of the name letters, digits and underscores are used.
+    `rounding`, mm, is what the control may round off where its head says how far.
     """
     control = control_for(machine, control)
     name = re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
@@ -31,7 +37,8 @@ def write(
     number = f"{int(stated[0]) or 1:04d}" if stated else "0001"
 
     def filled(lines):
-        return [line.replace("{name}", name).replace("{number}", number) for line in lines]
+        named = (line.replace("{name}", name).replace("{number}", number) for line in lines)
+        return [line.replace("{rounding}", f"{_down(rounding, 4):.4f}") for line in named]
 
     between[0][:0] = filled((*control.head, *own))
     foot = filled((*machine.program_foot, *control.foot))

@@ -115,11 +115,17 @@ def run(
     parts = [blocks[slice(*edge)] for edge in pairwise(edges)]
     proofs = [_proof(each, part, asked) for each, part in zip(plans, parts, strict=True)]
 
+    left = asked.tolerance - max(each.path_tip_error for each in proofs)
+    if any("{rounding}" in line for line in asked.control.head):
+        text = write(
+            joined([each.moves.blocks for each in plans]), machine, asked.control, name=name, rounding=left
+        )
+
     if compare:
         progress("comparing")
     joints = np.concatenate([each.chosen.joints for each in plans])
     place = np.concatenate([each.path.first + each.moves.motion.place for each in plans])
-    made = report_of(cl, machine, asked, plans, proofs, parts, compare=compare)
+    made = report_of(cl, machine, asked, plans, proofs, parts, rounding=left, compare=compare)
     return Result(joints, blocks, place, text, made)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.controls.blocks import Blocks
+from mathpost.controls.control import BETWEEN_BLOCKS
 from mathpost.errors import MathpostError
 from mathpost.machine import Machine
 from mathpost.path.cl import CLData, commands
@@ -14,10 +15,8 @@ from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
 from mathpost.post.options import Options
 from mathpost.post.steps import Plan, approaches, choose, crossing
-from mathpost.post.time_law import asked_by, slow_down, time_law
+from mathpost.post.time_law import law_of, slow_down
 from mathpost.post.ways import Way, comparison
-
-LOOK_AHEAD = "a control that looks ahead over all axes"  # what the time law assumes
 
 
 @dataclass(frozen=True)
@@ -73,16 +72,17 @@ class Report(proof.Proof):
 
 def report_of(
     cl: CLData, machine: Machine, options: Options, plans: list[Plan], proofs: list[proof.Proof],
-    blocks: list[Blocks], *, compare: bool = False,
+    blocks: list[Blocks], *, rounding: float = 0.0, compare: bool = False,
 ) -> Report:  # fmt: skip
     """Return the `Report` of a program that was made by `plans`, one for each tool, and passed these proofs.
 
-    `blocks` are those of each tool as they were read back: what is timed is what is written.
+    `blocks` are those of each tool as they were read back: what is timed is what is written. The control may round
+    off `rounding`, mm.
     """
     laws, slow, unknown = [], [], np.zeros(len(machine.joint_names), bool)
     for each, part in zip(plans, blocks, strict=True):
-        joints, asked = asked_by(each.path.kin, part, options.control)
-        laws.append(time_law(each.path.kin.machine, joints, asked))
+        asked, law = law_of(each.path.kin, part, options.control, rounding)
+        laws.append(law)
         slow.append(_slowest(each, asked, laws[-1]))
         unknown |= (np.diff(part.words, axis=0)[part.rapid[1:]] != 0).any(axis=0) & np.isnan(machine.max_rates)
     peaks = np.max([law.peaks for law in laws], axis=0) * machine.units
@@ -93,7 +93,7 @@ def report_of(
         settings=dict(_settings(cl, machine, options, plans, blocks)),
         time=sum(law.seconds[-1] for law in laws)
         + sum(each.values[0] for _, each in commands(cl.remarks, "dwell")),
-        time_law=LOOK_AHEAD,
+        time_law=BETWEEN_BLOCKS[options.control.between_blocks],
         peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
         slowest=max(filter(None, slow), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each, options))),

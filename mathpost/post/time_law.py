@@ -5,7 +5,7 @@ is the part of that speed at which it is really run, 0 to 1, from rest to rest, 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from mathpost.path.cl import feed_times
 from mathpost.post.proof import joints_of
 
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
+AT_ONCE = 1e-9  # s, instead of it where the path has to be exact
+SLIGHT = 1e-3  # radians, a corner that is none
 STILL = 1e-12  # mm/s or rad/s
 ROUNDING = 1e-12  # of w²: what changes less stays the same
 TCP_PARTS = 16  # of a move with TCP, that are looked at for the fastest of each axis
@@ -50,7 +52,7 @@ class TimeLaw:
         return self.joints[move] + done[..., None] * (self.joints[move + 1] - self.joints[move])
 
 
-def time_law(machine, joints, asked, *, settle=SETTLE):
+def time_law(machine, joints, asked, *, settle=SETTLE, halts=None):
     """Return the `TimeLaw` of a path whose joints (m, 5), mm and radians, run linearly from each row to the next.
 
     `asked`, shape (m - 1,), are the seconds that feed and rates ask for each move, as `block_times` has them; one
@@ -58,6 +60,8 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     next the speed of an axis jumps, at most by what its acceleration makes of it in the time `settle`, seconds.
     Poses that follow closer than that are a curve: there the jumps, spread over the moves, take their part of the
     acceleration.
+
+    `halts`, shape (m,), says at which poses the machine stands still.
 
     Examples
     --------
@@ -72,6 +76,9 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     moving = np.flatnonzero(asked > 0)
     lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
     speed, bend, squares = corners(joints, moving, lengths, most, settle)
+    if halts is not None:
+        halts = np.asarray(halts)[np.r_[0, moving + 1]]
+        squares[halts], bend[:, halts] = 0, 0
     rise, drive = (compiled(loop) if len(lengths) > LONG else loop for loop in (climbed, driven))
     if np.isfinite(most).any():
         squares = rise(squares, lengths, speed, bend, most)
@@ -129,6 +136,62 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
         degrees = np.where(only_turns, steps[:, 3:].max(axis=1), 0)
         seconds = np.fmax(seconds, 60 * degrees / blocks.feeds[1:])
     return joints, np.fmax(seconds, blocks.seconds[1:])
+
+
+def law_of(kin: Kinematics, blocks: Blocks, control: Control, rounding: float) -> tuple[np.ndarray, TimeLaw]:
+    """Return the seconds that the blocks of a program ask, shape (n - 1,), and the time law of a control.
+
+    A control that does not look ahead over rotary axes plans X Y Z as programmed, with TCP those of the tip. Where
+    it overlaps blocks it rounds off at most `rounding`, mm; `TimeLaw.at` does not hold then.
+    """
+    joints, asked = asked_by(kin, blocks, control)
+    if control.between_blocks == "look-ahead":
+        return asked, time_law(kin.machine, joints, asked)
+    overlap = control.between_blocks == "overlap"
+    turning = (np.diff(blocks.words[:, 3:], axis=0) != 0).any(axis=1)
+    halts = np.r_[True, turning[1:] | turning[:-1], True]
+    law = time_law(
+        _weaker(kin.machine, 1 + overlap), blocks.joints, asked, settle=SETTLE if overlap else AT_ONCE, halts=halts
+    )
+    moving = np.flatnonzero(asked > 0)
+    kept = np.r_[0, moving + 1]
+    if overlap:
+        shared = overlaps(blocks.words[kept, :3], law, rounding) * halts[kept][1:-1] / 2
+        durations = np.diff(law.seconds) - np.r_[0.0, shared] - np.r_[shared, 0.0]
+        law = replace(law, seconds=np.r_[0.0, np.cumsum(durations)])
+    speeds = np.abs(np.diff(joints, axis=0))[moving] / asked[moving, None]
+    pulls = np.where(np.isfinite(law.ramp), law.ramp, 0)
+    peaks = np.array([(speeds.T * by).max(axis=1, initial=0) for by in (law.highest, pulls)])
+    peaks[1, np.isnan(kin.machine.max_accelerations)] = np.nan
+    return asked, replace(law, joints=joints[kept], peaks=peaks)
+
+
+def _weaker(machine, times):
+    """A machine with so many times less acceleration."""
+
+    def less(joint):
+        most = joint.max_acceleration
+        return joint if most is None else replace(joint, max_acceleration=most / times)
+
+    return replace(machine, linear=tuple(map(less, machine.linear)), rotary=tuple(map(less, machine.rotary)))
+
+
+def overlaps(points, law, rounding):
+    """Seconds (m - 2,) in which LinuxCNC runs two moves at once: one slows down, the next speeds up.
+
+    `points`, shape (m, 3), are X Y Z as programmed. Both moves last half of their way at most, and the corner is
+    rounded off by at most `rounding`, mm, unless it is hardly one (`tpComputeBlendVelocity` of LinuxCNC 2.9).
+    """
+    steps = np.diff(points, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    along = steps / np.where(lengths > 0, lengths, 1)[:, None]
+    slowing, longest = law.highest / law.ramp, law.asked / law.highest
+    shared = np.minimum(np.minimum(slowing[:-1], slowing[1:]), np.minimum(longest[:-1], longest[1:]))
+    half = np.arccos(np.clip(-(along[:-1] * along[1:]).sum(axis=1), -1, 1)) / 2
+    corner = (np.cos(half) > SLIGHT) & (rounding > 0)
+    pull = law.ramp / law.asked * np.where(lengths > 0, lengths, np.inf)  # mm/s²
+    allowed = 2 * np.sqrt(rounding / (pull[:-1] * np.maximum(np.cos(half), SLIGHT)))
+    return np.where(corner, np.minimum(shared, allowed), shared)
 
 
 def corners(joints, moving, lengths, most, settle):

@@ -1,0 +1,1 @@
+"""Programs of the package on a real control, LinuxCNC in simulation; skipped where it is not installed."""
