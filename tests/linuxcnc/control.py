@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,11 @@ def missing():
 def _ordinary():
     """How a process is started as an ordinary account."""
     return {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.getuid() == 0 else {}
+
+
+def folder():
+    """A temporary folder that an ordinary account can reach, which those of pytest are not."""
+    return tempfile.TemporaryDirectory(prefix="linuxcnc.", dir="/tmp")
 
 
 def build(folder):
@@ -93,13 +99,10 @@ def _faster(text):
 
 
 def _hand_over(folder):
-    """Give the folder to the ordinary account, and let it in."""
+    """Give the folder to the ordinary account."""
     if os.getuid() == 0:
         for path in (folder, *folder.iterdir()):
             os.chown(path, NOBODY, NOBODY)
-        for path in folder.parents:
-            if path.stat().st_uid == 0 and path.is_relative_to("/tmp") and path != Path("/tmp"):
-                path.chmod(0o755)
 
 
 def _samples(file, joints):

@@ -61,8 +61,17 @@ def operate(job):
         command.wait_complete()
         command.program_open(program)
         command.wait_complete()
+        command.feedrate(
+            0
+        )  # until the control has read the program: on a busy machine it may wait for its own reader
         command.auto(linuxcnc.AUTO_RUN, 0)
-        until(lambda: status.interp_state != linuxcnc.INTERP_IDLE, "start", 5)
+        until(lambda: status.interp_state != linuxcnc.INTERP_IDLE and status.queue > 0, "start", 20)
+        queued = -1
+        while queued != status.queue:
+            queued = status.queue
+            time.sleep(0.2)
+            status.poll()
+        command.feedrate(1)
         until(at_rest, "end", MOST)
         subprocess.run(["halcmd", "setp", "sampler.0.enable", "0"], check=True)
         time.sleep(0.2)
