@@ -18,7 +18,7 @@ from mathpost.post.motion import Motion
 from mathpost.post.proof import deviation, measured
 from mathpost.post.ways import Crossing
 from mathpost.shell.main import main
-from tests.conftest import DATA, FIVE_AXES, ROOT
+from tests.conftest import DATA, FIVE_AXES, ROOT, fed
 from tests.machines import machines
 from tests.post.sampled import sampled_errors
 
@@ -34,7 +34,7 @@ def twisted():
 @pytest.mark.parametrize("dialect", control.names())
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_blade(dmu50v, blade, dialect, tcp):
-    result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
+    result = post.run(fed(blade, dialect), dmu50v.machine, dialect=dialect, tcp=tcp)
     assert result.joints.shape == (5, 5)
     np.testing.assert_array_equal(
         np.degrees(result.joints[:, 3:]).round(3)[[0, 4]], [[11.817, 175.815], [22.691, -8.075]]
@@ -367,7 +367,7 @@ def test_a_calibration_of_micrometres_keeps_the_branch(name, seed, blade):
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_report_times_what_is_written(dmu50v, blade, dialect, tcp):
     """Lifts are rapid where rapid traverse is a line; elsewhere they state their time, or carry the feed."""
-    result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp, singular="retract")
+    result = post.run(fed(blade, dialect), dmu50v.machine, dialect=dialect, tcp=tcp, singular="retract")
     lifted = result.blocks.rapid
     interpolated = control.load(dialect).rapid_interpolated
     assert lifted.any() == interpolated
