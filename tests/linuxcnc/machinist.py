@@ -11,8 +11,6 @@ import sys
 import time
 from pathlib import Path
 
-import linuxcnc
-
 MOST = 120  # s, that a program may take
 
 
@@ -31,6 +29,9 @@ def wait(status, errors, ready, what, limit):
 
 
 def operate(job):
+    """Do what the job says."""
+    import linuxcnc  # of the system's Python, not of the one that runs the tests
+
     command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 
     def until(ready, what, limit=20):
