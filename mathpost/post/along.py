@@ -8,6 +8,7 @@ of the CL data, and does not go below the place that it left.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -213,9 +214,14 @@ def _angles(first, second):
     return 2 * np.arcsin(np.minimum(np.linalg.norm(first - second, axis=-1) / 2, 1))
 
 
+@lru_cache(maxsize=32)
+def _kinematics(machine):
+    return Kinematics(machine)
+
+
 def kinematics_of(machines: list, count: int) -> list[Kinematics]:
     """Return the `Kinematics` of each of so many blocks; `machines` are pairs of a block and its machine."""
     found = []
     for (first, machine), (stop, _) in zip(machines, [*machines[1:], (count, None)], strict=True):
-        found += [Kinematics(machine)] * (stop - first)
+        found += [_kinematics(machine)] * (stop - first)
     return found

@@ -97,8 +97,11 @@ def _on_the_way(case, off):
         if abs(step) > 180:
             there = f"{wrap(step):.3f}° lead to the same place"
             yield f"{name} turns by {step:.3f}° where {there}: a whole turn too much"
+    where = f"a block is missing before line {case.lines[off.block]}"
     if off.spans:
-        yield f"record {int(off.record) + 1} is left out: a block is missing before line {case.lines[off.block]}"
+        yield f"record {int(off.record) + 1} is left out: {where}"
+    elif np.abs(after - before).max() <= 180:
+        yield f"between two blocks the axes stray from the path: {where}, or TCP is off where it should be on"
 
 
 def _poses(case, off) -> Iterator[str]:

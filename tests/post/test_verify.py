@@ -1,0 +1,57 @@
+"""Programs verified: right ones of every control agree, planted slips are found and named."""
+
+import re
+
+import numpy as np
+import pytest
+
+from mathpost.__main__ import main
+from mathpost.errors import MathpostError
+from tests.conftest import DATA
+from tests.post import slips
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_right_programs_agree(seed):
+    made = slips.job(np.random.default_rng(seed))
+    judged = made.judged()
+    assert judged.status == 0, str(judged)
+    assert judged.along.tip <= 0.01
+
+
+@pytest.mark.parametrize("kind", [kind for kind in slips.KINDS if kind != "digit"])
+def test_planted_slips_are_found_and_named(kind):
+    made, text = slips.slip(np.random.default_rng(6), kind)
+    judged = made.judged(text)
+    assert judged.status == 1
+    assert any(re.search(slips.NAMED[kind], sentence) for sentence in judged.explained), str(judged)
+
+
+def test_the_command_says_what_it_found(tmp_path, capsys):
+    machine, path, program = DATA / "machines/dmu50v.toml", DATA / "cl/blade.cl", tmp_path / "blade.nc"
+    words = ["--machine", str(machine), "--dialect", "fanuc"]
+    assert main(["post", str(path), *words, "-o", str(program)]) == 0
+    asked = ["verify", str(program), *words, "--cl", str(path)]
+    page = tmp_path / "blade.html"
+    assert main([*asked, "--page", str(page)]) == 0
+    assert "agrees with all 5 records" in capsys.readouterr().out
+    assert "<pre>" in page.read_text(encoding="utf-8")
+    negated = re.sub(r" C(-?)([\d.]+)", lambda c: f" C{'' if c[1] else '-'}{c[2]}", program.read_text())
+    program.write_text(negated)
+    assert main(asked) == 1
+    assert "C turns the other way" in capsys.readouterr().out
+    program.write_text(program.read_text().replace("G90", "G90 G10 L2"))
+    assert main(asked) == 2
+    assert "'G10'" in capsys.readouterr().err
+
+
+def test_a_program_that_ends_too_soon():
+    made = slips.job(np.random.default_rng(7))
+    rows = slips._rows(made.text)
+    lines = made.text.splitlines()
+    try:
+        judged = made.judged("\n".join(lines[: rows[-2]]) + "\n")
+    except MathpostError:
+        pytest.fail("it can be read")
+    assert judged.status == 1
+    assert "ends before" in " ".join(judged.explained)
