@@ -90,7 +90,7 @@ def slip(rng, kind: str) -> tuple[Job, str]:
 
 def _word(names):
     letters = "|".join(re.escape(name) for name in names)
-    return re.compile(rf"(?<= )({letters})(=?)([-+]?\d+\.?\d*)")
+    return re.compile(rf"(?<![A-Z0-9.])({letters})(=?)([-+]?\d+\.?\d*)")
 
 
 def _rows(text):
