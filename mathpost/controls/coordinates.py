@@ -27,6 +27,7 @@ class Setup:
     offsets: dict[str, tuple] = field(default_factory=dict)  # origins by the word that calls them, mm, as in G55
     # Lengths by the number or name of the tool, mm; None: nobody asks for them, all tools are the machine file's.
     lengths: dict[str, float] | None = None
+    start: dict[str, float] = field(default_factory=dict)  # words of axes before the first block, mm and degrees
 
 
 class Coordinates:
@@ -35,6 +36,8 @@ class Coordinates:
     def __init__(self, machine: Machine, setup: Setup):
         self.machine, self.setup = machine, setup
         self.words = np.full(len(machine.joint_names), np.nan)
+        for axis, name in enumerate(machine.joint_names):
+            self.words[axis] = setup.start.get(name, np.nan)
         self.tcp = False
         self.plane: Plane | None = None
         self.shift = np.zeros(3)  # of the datum

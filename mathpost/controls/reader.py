@@ -143,7 +143,7 @@ class _Lines(bulk.Reader):
 
     def take_words(self, text):
         skipped, text = text.startswith("/"), text.removeprefix("/").lstrip()
-        body = _tidy(self.numbered.sub("", self.control.comments.sub(" ", text).strip()))
+        body = self.numbered.sub("", _tidy(self.control.comments.sub(" ", text).strip()))
         template = re.sub(r"^N?\d+\s*", "", text)
         if self.own_lines.fullmatch(template):
             self.take_own(body)
@@ -348,6 +348,8 @@ class _Lines(bulk.Reader):
     def hole(self, line):
         """Do the drilling cycle that is on, at the place of the line."""
         axis = curves.PLANES[self.plane][2]
+        if any(name.startswith("centre ") for name in line.values):
+            raise self.error("a drilling cycle without I J K, which may repeat it", "one of them")
         depth, names = self.names[axis], ("radius", "cycle clearance")
         for name in names:
             if name in line.values:

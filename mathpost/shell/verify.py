@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--origin", action="append", default=[], metavar="[NAME=]X,Y,Z",
         help="workpiece origin, or that of a work offset such as G55; may be given again",
     )  # fmt: skip
+    add("--start", default="", metavar="A0,C0,…", help="where axes stand before the first block, mm and degrees")
     add("--tools", **FILE, help="lengths of the tools: CSV with number,length, or TOML with number = length")
     add("--tool-length", type=float, metavar="MM", help="of the only tool, instead of the machine file's")
     add("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
@@ -51,8 +52,9 @@ def run(options: argparse.Namespace) -> int:
     path = cl.read(options.cl) if options.cl else None
     lengths = _lengths(options.tools) if options.tools else _of_cl(path)
     text = read_bytes(options.program).decode("utf-8-sig", "replace")
+    tables = Setup(offsets, lengths, _start(options.start, setup))
     found = verify(
-        text, setup, options.dialect, cl=path, setup=Setup(offsets, lengths), tolerance=options.tolerance,
+        text, setup, options.dialect, cl=path, setup=tables, tolerance=options.tolerance,
         axis_tolerance=math.radians(options.axis_tolerance), name=options.program.name,
     )  # fmt: skip
     print(json.dumps(found.data(), ensure_ascii=False) if options.json else found)
@@ -87,6 +89,17 @@ def _origins(texts):
         else:
             origin = values
     return origin, offsets
+
+
+def _start(text, setup):
+    """Where axes stand, by name."""
+    found = {}
+    for word in filter(None, text.upper().replace("=", "").split(",")):
+        name = next((name for name in setup.joint_names if word.startswith(name)), "")
+        if not name or not _is_number(word[len(name) :]):
+            raise InputError("--start", f"axes of {' '.join(setup.joint_names)} with numbers, A0,C0", repr(text))
+        found[name] = float(word[len(name) :])
+    return found
 
 
 def _of_cl(path):

@@ -20,6 +20,12 @@ def ends(text, control="fanuc", **setup):
     return {int(line): words[:3] for line, words in zip(found.lines, found.blocks.words, strict=True)}, found
 
 
+@pytest.mark.parametrize("line", ["G81 X1 Z-2 R1 K3 F100", "G81 X1 Z-2 R1 L3 F100", "G76 X1 Z-2 R1 Q1 F100"])
+def test_what_may_move_an_axis_otherwise_is_refused(line):
+    with pytest.raises(InputError, match="line 4"):
+        ends(f"{START}{line}\nM30\n")
+
+
 @pytest.mark.parametrize(
     ("lines", "expected"),
     [
@@ -90,6 +96,8 @@ def test_offsets_and_lengths_are_asked_for():
         ends(text)
     found, _ = ends(text, offsets={"G55": (7, 8, 9)})
     np.testing.assert_allclose(found[6], np.subtract([7, 8, 9], AC.origin))
+    placed, _ = ends("G21 G90\nG1 X4 F100\nM30\n", start={"X": 1, "Y": 2, "Z": 3, "A": 0, "C": 0})
+    np.testing.assert_allclose(placed[2], [4, 2, 3])
     tools = f"T1 M6\n{START}T2 M6\nG0 X0 Y0 Z0 A0 C0\nM30\n"
     with pytest.raises(InputError, match="line 5: expected the length of tool 2"):
         ends(tools, lengths={})
