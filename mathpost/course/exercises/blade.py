@@ -1,4 +1,4 @@
-"""The exercises of lesson 07: the blade."""
+"""The exercises of lessons 07 and 07b: the blade, and on the control."""
 
 from functools import cache
 
@@ -198,3 +198,24 @@ def wrong_feed(kin, joints, blocks, first, moves):
 def alone():
     """Read back, it reaches every record in order at its feed, and keeps both tolerances between them."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program
+
+
+@define("07b-stop", Number(decimals=3, unit="s"))
+def stop(c=800.0, x=2000.0):
+    """Parts of the block per s and s²: the axis that accelerates least rules; the full speed is 10 parts per s."""
+    pull, speed = min(c / 6, x / 2), 1 / 0.1
+    return 1 / speed + speed / pull if speed**2 < pull else 2 / np.sqrt(pull)
+
+
+@define("07b-overlap", Number(decimals=3, unit="s"))
+def overlap(half=0.5, overlaps=9):
+    """Of ten blocks each begins when the one before begins to slow down, nine times in all."""
+    pull, speed = half * min(800 / 6, 2000 / 2), 1 / 0.1
+    speed = min(speed, np.sqrt(pull))
+    return 10 * (1 / speed + speed / pull) - overlaps * speed / pull
+
+
+@define("07b-feed", Vector(names="degrees inverse", decimals=3))
+def still(per=60, inverse=True):
+    """180° at 36°/s take 5 s: F in degrees per minute, and one over the minutes."""
+    return 36 * per, (60 / 5 if inverse else 5)
