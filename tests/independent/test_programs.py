@@ -13,7 +13,11 @@ from .machine_model import Model
 from .reader import Setup, read
 
 DATA = Path(__file__).parents[2] / "data"
-MACHINES = sorted((DATA / "machines").glob("*.toml"))
+MACHINES = [  # with two rotary axes: one alone reaches few tool axes
+    path
+    for path in sorted((DATA / "machines").glob("*.toml"))
+    if path.read_text(encoding="utf-8").count("[[rotary]]") == 2
+]
 DIALECTS = ("heidenhain", "fanuc", "siemens")
 TOLERANCE = 0.01  # mm, the command's default
 AXIS_TOLERANCE = 0.1  # degrees
