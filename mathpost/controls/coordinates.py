@@ -144,6 +144,14 @@ class Coordinates:
         if name not in self.tools:
             self.tools.append(name)
 
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What was taken for granted, as sentences."""
+        stated = self.setup.lengths
+        if stated is None or not self.tools or self.tools[0] in stated:
+            return ()
+        return (f"tool {self.tools[0]} is {self.machine.tool_length:g} mm long, as the machine file has it",)
+
     def _converted(self, point, angles, *, to_tip):
         """A tip of joints, or joints of a tip; NaN where anything is not known."""
         if np.isnan(point).any() or np.isnan(angles).any():

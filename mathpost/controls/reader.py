@@ -7,8 +7,7 @@ word by word, by `_Lines.take_line`. Arcs and drilling cycles become the points 
 
 import re
 from collections import Counter
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,11 +15,11 @@ from mathpost.controls import curves
 from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Coordinates, Setup
+from mathpost.controls.lines import Line, plain, templates, tidy, tool_name
 from mathpost.controls.meanings import MODES, MOTIONS, NUMBERS, STATEMENTS
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
-from mathpost.path.text import Item, Pattern
 
 
 def read(text: str, machine: Machine, control: Control | str = "heidenhain", *, name: str = "program") -> Blocks:
@@ -56,26 +55,8 @@ def follow(
     words, feeds, seconds, rapid, tcp, numbers = columns
     machines = [pair for pair in lines.machines if pair[0] < len(numbers)]
     return Program(
-        Blocks(words.T, feeds, seconds, rapid, tcp), numbers, machines, dict(lines.skipped), tuple(lines.assumed)
+        Blocks(words.T, feeds, seconds, rapid, tcp), numbers, machines, dict(lines.skipped), lines.at.assumed
     )
-
-
-@dataclass
-class _Line:
-    """What the words of one line say."""
-
-    axes: dict = field(default_factory=dict)  # by name: the value, and "absolute", "incremental" or ""
-    values: dict = field(default_factory=dict)  # of words that need another: radius, centre X, cycle depth …
-    feed: float = np.nan
-    seconds: float = np.nan
-    rapid: bool = False
-    curve: str = ""  # the sense of an arc that is said for this line alone
-    statement: tuple = ()  # a meaning that takes the axes of the line, and its word
-    tool: bool = False
-    turned: bool = False  # whether the rotary axes turn to the plane
-    choice: dict = field(default_factory=dict)  # and to which position
-    called: bool = False  # whether the cycle that is defined is done where the line goes
-    in_machine: bool = False
 
 
 class _Lines(bulk.Reader):
@@ -88,8 +69,8 @@ class _Lines(bulk.Reader):
         self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})({NUMBER})?")
         number = "N" if control.number is None else control.number
         self.numbered = re.compile(rf"^{number}\d+\s*")
-        self.pattern = _plain(control.number, control.begin, (*self._words_behind(),), self.names)
-        self.own_lines = _templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
+        self.pattern = plain(control.number, control.begin, (*self._words_behind(),), self.names)
+        self.own_lines = templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
         self.line = 1
         self.at, self.feed = Coordinates(machine, setup), np.nan
         self.motion, self.inverse, self.speed = "linear", False, np.nan
@@ -97,7 +78,7 @@ class _Lines(bulk.Reader):
         self.absolute_centre, self.centre = False, None
         self.cycle, self.leave, self.defined = None, "initial", {}
         self.pending, self.begun, self.ended = "", "", False
-        self.skipped, self.assumed = Counter(), []
+        self.skipped = Counter()
         self.machines = [(0, machine)]
         self.runs = []  # of moves: words, shape (j, n), feeds, seconds, whether rapid, with TCP, numbers of lines
         self.count = 0
@@ -143,12 +124,12 @@ class _Lines(bulk.Reader):
 
     def take_words(self, text):
         skipped, text = text.startswith("/"), text.removeprefix("/").lstrip()
-        body = self.numbered.sub("", _tidy(self.control.comments.sub(" ", text).strip()))
+        body = self.numbered.sub("", tidy(self.control.comments.sub(" ", text).strip()))
         template = re.sub(r"^N?\d+\s*", "", text)
         if self.own_lines.fullmatch(template):
             self.take_own(body)
             return
-        line, whole = _Line(), body
+        line, whole = Line(), body
         while body:
             if match := self.axis.match(body):
                 self.take_axis(line, match[1], match[2], "")
@@ -175,7 +156,7 @@ class _Lines(bulk.Reader):
 
         A word that the control's file does not know is passed over: the machine may have more than we know.
         """
-        line = _Line()
+        line = Line()
         while body:
             match = self.control.words.match(body)
             if match:
@@ -223,11 +204,11 @@ class _Lines(bulk.Reader):
             if float(values[0]):
                 raise self.error("0", repr(word))
         elif meaning == "tool":
-            line.tool, self.pending = True, _name(values[0]) if values else self.pending
+            line.tool, self.pending = True, tool_name(values[0]) if values else self.pending
         elif meaning == "tool number":
-            self.pending = _name(values[0])
+            self.pending = tool_name(values[0])
         elif meaning == "length":
-            self.load(_name(values[0]))
+            self.load(tool_name(values[0]))
         elif meaning in ("TCP on", "TCP off"):
             if self.at.tcp != (meaning == "TCP on"):
                 self.at.change(tcp=meaning == "TCP on")
@@ -377,7 +358,7 @@ class _Lines(bulk.Reader):
         place = place.copy()
         place[axis] = height
         points, rapid = curves.hole(place[:3], axis, clearance, bottom, leave, slow)
-        self.put(np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)], _Line(), rapid)
+        self.put(np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)], Line(), rapid)
 
     def move(self, words, feeds, seconds, rapid, numbers):
         """Take n plain moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""
@@ -409,33 +390,3 @@ class _Lines(bulk.Reader):
 
     def error(self, expected, found):
         return InputError(f"{self.name}, line {self.line}", expected, found)
-
-
-def _tidy(body):
-    """Capital letters, and no blank between a letter and its number."""
-    return re.sub(r"(?<![A-Z0-9_\"])([A-Z])\s+(?=[-+]?\.?\d)", r"\1", body.upper())
-
-
-def _name(text):
-    """The number of a tool without zeros before it, or its name."""
-    return str(int(float(text))) if re.fullmatch(NUMBER, text) else text
-
-
-def _templates(lines):
-    """An expression that the lines of the machine file fit, whatever name and tool stand in them."""
-    escaped = (re.escape(line.strip()) for line in lines)
-    named = (line.replace(r"\{name\}", r"\w+") for line in escaped)
-    fields = (re.sub(r"\\\{(tool|offset)\\\}", r"\\d+", line) for line in named)
-    return re.compile("|".join(fields) or r"(?!)")
-
-
-@cache
-def _plain(number, begin, words_behind, names):
-    """The pattern of a line that moves axes and changes no mode but its feed."""
-    start = [] if number is None else [Item(number, "count")]
-    start += [Item(f" {begin}")] if begin else []
-    rapid, block_time = words_behind
-    behind = [Item(f" {rapid}", optional=True)] if rapid else []
-    behind += [Item(f" {block_time}", "number", optional=True)] if block_time else []
-    axes = (Item(axis_word(name), "number", optional=True) for name in names)
-    return Pattern([*start, *axes, *behind, Item(FEED, "number", optional=True)])

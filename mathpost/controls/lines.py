@@ -1,0 +1,59 @@
+"""What a line of a program looks like, and what its words say together."""
+
+import re
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+from mathpost.controls.blocks import FEED, axis_word
+from mathpost.errors import NUMBER
+from mathpost.path.text import Item, Pattern
+
+
+@dataclass
+class Line:
+    """What the words of one line say."""
+
+    axes: dict = field(default_factory=dict)  # by name: the value, and "absolute", "incremental" or ""
+    values: dict = field(default_factory=dict)  # of words that need another: radius, centre X, cycle depth …
+    feed: float = np.nan
+    seconds: float = np.nan
+    rapid: bool = False
+    curve: str = ""  # the sense of an arc that is said for this line alone
+    statement: tuple = ()  # a meaning that takes the axes of the line, and its word
+    tool: bool = False
+    turned: bool = False  # whether the rotary axes turn to the plane
+    choice: dict = field(default_factory=dict)  # and to which position
+    called: bool = False  # whether the cycle that is defined is done where the line goes
+    in_machine: bool = False
+
+
+def tidy(body):
+    """Capital letters, and no blank between a letter and its number."""
+    return re.sub(r"(?<![A-Z0-9_\"])([A-Z])\s+(?=[-+]?\.?\d)", r"\1", body.upper())
+
+
+def tool_name(text):
+    """The number of a tool without zeros before it, or its name."""
+    return str(int(float(text))) if re.fullmatch(NUMBER, text) else text
+
+
+def templates(lines):
+    """An expression that the lines of the machine file fit, whatever name and tool stand in them."""
+    escaped = (re.escape(line.strip()) for line in lines)
+    named = (line.replace(r"\{name\}", r"\w+") for line in escaped)
+    fields = (re.sub(r"\\\{(tool|offset)\\\}", r"\\d+", line) for line in named)
+    return re.compile("|".join(fields) or r"(?!)")
+
+
+@cache
+def plain(number, begin, words_behind, names):
+    """The pattern of a line that moves axes and changes no mode but its feed."""
+    start = [] if number is None else [Item(number, "count")]
+    start += [Item(f" {begin}")] if begin else []
+    rapid, block_time = words_behind
+    behind = [Item(f" {rapid}", optional=True)] if rapid else []
+    behind += [Item(f" {block_time}", "number", optional=True)] if block_time else []
+    axes = (Item(axis_word(name), "number", optional=True) for name in names)
+    return Pattern([*start, *axes, *behind, Item(FEED, "number", optional=True)])
