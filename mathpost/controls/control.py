@@ -154,7 +154,7 @@ class Words:
 
     def meaning(self, match: re.Match) -> tuple[str, str, tuple[str, ...]]:
         """Return the meaning of what `match` found, its text, and the texts of the fields in it."""
-        group = match.lastindex
+        group = match.lastindex or 0
         meaning, inside = self.meanings[group]
         return meaning, match[0], match.groups()[group : group + inside]
 

@@ -28,7 +28,7 @@ def centre_of(start: np.ndarray, end: np.ndarray, radius: float, plane: str, clo
         raise InputError("arc", "ends apart, or a centre", f"equal ends and the radius {radius:g}")
     if half > abs(radius) + arcs.SAME_RADIUS:
         raise InputError("arc", f"a radius of {half:.4f} at least", f"{radius:g}")
-    rise = np.sqrt(max(radius**2 - half**2, 0.0)) / (2 * half)
+    rise = np.sqrt(max(float(radius**2 - half**2), 0.0)) / (2 * half)
     across = np.array([-chord[1], chord[0]]) * rise
     centre = start.copy()
     centre[[first, second]] += chord / 2 + across * (-1 if clockwise == (radius > 0) else 1)

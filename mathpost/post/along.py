@@ -62,7 +62,8 @@ def along(
         points, directions = np.repeat(points, 2, axis=0), np.repeat(directions, 2, axis=0)
     loop = compiled(_placed) if len(tips) > MANY else _placed
     place = np.full(len(tips), np.nan)
-    loop(*map(np.ascontiguousarray, (tips, axes, points, directions)), tip, axis, place)
+    poses = [np.ascontiguousarray(each) for each in (tips, axes, points, directions)]
+    loop(poses[0], poses[1], poses[2], poses[3], tip, axis, place)
     off = _position_off(tips, axes, cl, points, directions, tip, axis, place)
     last = len(tips) if off is None or off.what == "end" else off.block
     most = np.zeros(2)

@@ -190,12 +190,12 @@ def _edits(case, off) -> Iterator[str]:
     for block in range(off.block, max(off.block - 3, -1), -1):
         line = int(case.lines[block])
         for match in word.finditer(texts[line - 1]):
-            axis = match.lastindex - 1
-            found = match[match.lastindex]
+            group = match.lastindex or 1
+            axis, found = group - 1, match[group]
             for other in _alike(found):
                 if not _near(case, block, axis, float(other) - float(found), off):
                     continue
-                start, end = match.span(match.lastindex)
+                start, end = match.span(group)
                 changed = [*texts]
                 changed[line - 1] = texts[line - 1][:start] + other + texts[line - 1][end:]
                 try:

@@ -143,7 +143,8 @@ def verify(
     program = follow(text, machine, control, setup=setup, name=name)
     joints, tips, axes, kin = _simulated(program)
     names = machine.joint_names
-    compared, explained = None, ()
+    compared = None
+    explained: tuple[str, ...] = ()
     if cl is not None:
         compared = _compared(program, (joints, tips, axes, kin), cl, control, tolerance, axis_tolerance)
         if compared.off is not None:
