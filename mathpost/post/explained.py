@@ -61,6 +61,15 @@ class Case:
             return None
         return self._by_machine(self.words, lambda kin, rows: setups[kin].pose(rows))
 
+    def moved(self, name: str, factor: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return tips and tool axes of a chain whose pivot is so many times as far, whatever X Y Z name."""
+
+        def pose(kin, rows):
+            right = Setup.right(kin.machine)
+            return right.moved(name, factor * right.point(name)).pose(rows)
+
+        return self._by_machine(self.words, pose)
+
     def _by_machine(self, words, pose):
         found = np.empty((len(words), 6))
         for kin in dict.fromkeys(self.kin):
@@ -128,6 +137,10 @@ def _hypotheses(case):
     for cause in causes(case.kin[0].machine):
         yield cause.slip.phrase, case.misread(cause)
     words, names = case.words, case.kin[0].machine.joint_names
+    for joint in case.kin[0].machine.rotary:
+        for factor, said in ((0, "left out"), (2, "taken twice")):
+            phrase = f"the pivot of {joint.name} is {said}, the point that X Y Z name is not moved with it"
+            yield phrase, case.moved(joint.name, factor)
     for axis, name in enumerate(names[:3]):  # of the rotary axes that is one of the causes
         changed = words.copy()
         changed[:, axis] *= -1

@@ -27,6 +27,15 @@ def test_planted_slips_are_found_and_named(kind):
     assert any(re.search(slips.NAMED[kind], sentence) for sentence in judged.explained), str(judged)
 
 
+def test_a_pivot_wrong_under_the_point_that_is_named():
+    """Seed 5 has a fork head whose X Y Z name the pivot: only the chain's pivot is wrong."""
+    made, text = slips.slip(np.random.default_rng(5), "pivot")
+    assert made.machine.programmed_point not in ("tip", "nose")
+    judged = made.judged(text)
+    assert judged.status == 1
+    assert any("pivot of A" in sentence for sentence in judged.explained), str(judged)
+
+
 def test_the_command_says_what_it_found(tmp_path, capsys):
     machine, path, program = DATA / "machines/dmu50v.toml", DATA / "cl/blade.cl", tmp_path / "blade.nc"
     words = ["--machine", str(machine), "--dialect", "fanuc"]
