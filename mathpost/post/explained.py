@@ -146,10 +146,12 @@ def _hypotheses(case):
         changed[:, axis] *= -1
         yield f"the words {name} have the other sign", case.pose(changed)
     for factor, phrase in ((25.4, "X Y Z are in inches"), (1 / 25.4, "X Y Z are mm taken for inches")):
-        yield phrase, case.pose(words * [factor, factor, factor, 1, 1])
+        yield phrase, case.pose(np.c_[words[:, :3] * factor, words[:, 3:]])
     yield "the rotary axes are those of the other branch, X Y Z are not", case.pose(_other_branch(case))
     for first, second in ((0, 1), (0, 2), (1, 2), (3, 4)):
-        order = list(range(5))
+        if second >= len(names):
+            continue  # with one rotary axis
+        order = list(range(len(names)))
         order[first], order[second] = second, first
         yield f"{names[first]} and {names[second]} stand in each other's place", case.pose(words[:, order])
 

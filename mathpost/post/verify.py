@@ -62,7 +62,7 @@ class Verified:
         blocks = self.program.blocks
         columns = {
             "line": self.program.lines,
-            "joints": self.joints * UNITS,
+            "joints": self.joints * UNITS[: len(self.names)],
             "tip": self.tips,
             "axis": self.axes,
             "tcp": blocks.tcp,
@@ -85,7 +85,7 @@ class Verified:
 
     def __str__(self) -> str:
         rows = [("program", f"{self.name}, {self.control}: {len(self.joints)} moves on {self._lines()}")]
-        for name, column in zip(self.names, (self.joints * UNITS).T, strict=True):
+        for name, column in zip(self.names, (self.joints * UNITS[: len(self.names)]).T, strict=True):
             unit = "mm" if name in "XYZ" else "°"
             rows.append((name, f"{column.min():z.3f} … {column.max():z.3f} {unit}"))
         if self.seconds:
@@ -169,7 +169,8 @@ def _simulated(program):
     """Joints, tips and tool axes at the ends of the moves, and the kinematics of each."""
     blocks = program.blocks
     kin = kinematics_of(program.machines, len(blocks.words))
-    joints, tips, axes = np.empty((len(kin), 5)), np.empty((len(kin), 3)), np.empty((len(kin), 3))
+    joints = np.empty(blocks.words.shape)
+    tips, axes = np.empty((len(kin), 3)), np.empty((len(kin), 3))
     for machine in dict.fromkeys(kin):
         rows = np.array([each is machine for each in kin])
         joints[rows] = joints_of(machine, blocks[rows])

@@ -404,3 +404,18 @@ def test_the_path_holds_the_records(dmu50v, blade):
     for tcp in (False, True):
         found = post.run(blade, dmu50v.machine, tcp=tcp).report
         assert found.path_tip_error >= found.tip_error and found.path_axis_error >= found.axis_error
+
+
+@pytest.mark.parametrize("name", ["ac_head", "head_b_table_c", "ac_table"])
+def test_a_program_says_what_the_control_has_to_hold(name, blade):
+    """Pivots, work offset and tool length with TCP; without it the length that a head's words rest on."""
+    data = machine.load(name).with_setup(tool_length=101.5, origin=(1, 2, 3))
+    text = post.run(blade, data, dialect="fanuc", tcp=True).program
+    for joint in data.rotary:
+        assert f"CONTROL HOLDS: {joint.name} THROUGH " in text
+    assert "CONTROL HOLDS: WORK OFFSET X1 Y2 Z3" in text and "101.5 MM FROM NOSE TO TIP, IN THE TOOL TABLE" in text
+    result = post.run(blade, data, dialect="fanuc")
+    heads = any(joint.carries == "tool" for joint in data.rotary)
+    assert ("101.5 MM FROM NOSE TO TIP" in result.program) == heads
+    assert result.report.settings["tool length"] == "101.5 mm (machine file)"
+    assert "…" in result.report.settings["rotary"]

@@ -64,3 +64,19 @@ def test_a_program_that_ends_too_soon():
         pytest.fail("it can be read")
     assert judged.status == 1
     assert "ends before" in " ".join(judged.explained)
+
+
+def test_a_machine_with_one_rotary_axis(tmp_path, capsys):
+    """Its programs agree, and a reversed axis is named."""
+    path, program = tmp_path / "part.cl", tmp_path / "part.h"
+    axis = "0,0.342020143,0.939692621"
+    path.write_text(
+        f"FEDRAT/500\nGOTO/0,0,60,0,0,1\nGOTO/10,0,60,0,0,1\nGOTO/10,20,55,{axis}\nGOTO/20,20,55,{axis}\n"
+    )
+    words = ["--machine", "dividing_head"]
+    assert main(["post", str(path), *words, "-o", str(program)]) == 0
+    asked = ["verify", str(program), *words, "--cl", str(path)]
+    assert main(asked) == 0
+    program.write_text(program.read_text().replace(" A-", " A+"))
+    assert main(asked) == 1
+    assert "A turns the other way" in capsys.readouterr().out
