@@ -55,7 +55,7 @@ def test_lesson_01_fails_if_about_turns_as_the_left_hand_does(monkeypatch, deriv
     path, space = ROOT / "notebooks/01_rotating_a_point.ipynb", {}
     cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
     for source in ("".join(cell["source"]) for cell in cells):
-        if "about(e[axis]" in source:
+        if "about(unit[axis]" in source:
             with pytest.raises(AssertionError):
                 exec(source.replace("v.cross(point)", derivation), space)
             return
