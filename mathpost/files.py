@@ -1,11 +1,22 @@
 """Files read and written, whole or not at all, and the data that come with the package."""
 
+import csv
+import io
 import os
+import re
 from contextlib import suppress
 from pathlib import Path
 from secrets import token_hex
 
-from mathpost.errors import InputError, OutputError
+from mathpost.errors import NUMBER, InputError, OutputError
+
+# Where a spreadsheet program may begin a cell: it divides by the sign of its locale, whichever wrote the file.
+_DIVIDERS = ",;|\t\r\n\v\f\x85\u2028\u2029،؛，；、"
+_PASSED_OVER = r"[\s\"\x00-\x1f\x7f-\x9f\u00ad\u200b-\u200f\u2028-\u202e\u2060-\u2064\ufeff]*"
+_SIGNS = "=＝﹦+＋﹢\\-－﹣−@＠﹫"  # with which a formula begins, in all their widths
+_FORMULA = re.compile(
+    rf"(^|[{_DIVIDERS}])(?={_PASSED_OVER}[{_SIGNS}])(?!{_PASSED_OVER}{NUMBER}(?:[eE][-+]?\d+)?[\s°)\]}}]*(?:$|[{_DIVIDERS}]))"
+)
 
 
 def read_bytes(path):
@@ -39,6 +50,24 @@ def read_text(path):
 def write_text(path, text, *, inputs=()):
     """Write `text` as UTF-8; see `write_bytes`."""
     write_bytes(path, text.encode("utf-8"), inputs=inputs)
+
+
+def csv_text(rows):
+    """Return a table as CSV, with a mark that tells spreadsheet programs the encoding.
+
+    What would begin a formula, also where a text's own signs divide it (``eve;=1+1`` in a German Excel), has an
+    apostrophe before it, with which it is shown as it is. Numbers stay numbers.
+
+    Examples
+    --------
+    >>> print(csv_text([["eve;=1+1", "-2.5", "=2+3"]]).strip("\\ufeff\\r\\n"))
+    eve;'=1+1,-2.5,'=2+3
+    """
+    text = io.StringIO()
+    table = csv.writer(text)
+    for row in rows:
+        table.writerow(_FORMULA.sub(r"\1'", cell) if isinstance(cell, str) else cell for cell in row)
+    return "\ufeff" + text.getvalue()
 
 
 def write_bytes(path, content, *, inputs=()):

@@ -13,9 +13,8 @@ from jinja2 import Environment
 
 from mathpost.course.exercise import MARKS
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, toml
-from mathpost.files import read_text
+from mathpost.files import csv_text, read_text
 from mathpost.workbook.folder import CHINESE as CAUSES
-from mathpost.workbook.report import csv_table
 
 LANGUAGES = ("en", "zh")
 ENGLISH = {OPEN: "open"}  # where the report says it differently
@@ -54,7 +53,7 @@ def to_csv(graded, language="en"):
         row += ["; ".join(each.cell for each in wrong), "; ".join(say(language, each.cause) for each in wrong)]
         row += ["" if mark is None else f"{mark:.1f}", " ".join(result.edited), "; ".join(sorted(same))]
         rows.append([*row, "; ".join(f"{file}: {why}" if file else why for file, why in result.trouble)])
-    return csv_table(rows)
+    return csv_text(rows)
 
 
 def to_html(graded, language="en"):

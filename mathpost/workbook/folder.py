@@ -14,9 +14,9 @@ from openpyxl.styles import PatternFill
 from openpyxl.utils.cell import coordinate_to_tuple
 
 from mathpost.errors import InputError, OutputError
-from mathpost.files import write_bytes
+from mathpost.files import csv_text, write_bytes
 from mathpost.workbook.check import check_file
-from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, csv_table, html_table
+from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, html_table
 from mathpost.workbook.sheet.file import read
 from mathpost.workbook.sheet.safety import MEGABYTE, inspect
 
@@ -67,7 +67,7 @@ class Summary:
 
     def to_csv(self):
         """Return the table as CSV, with a mark that tells spreadsheet programs the encoding."""
-        return csv_table(self.table)
+        return csv_text(self.table)
 
     def to_html(self):
         """Return the table as a page."""

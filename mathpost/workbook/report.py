@@ -1,15 +1,12 @@
 """What a check of one file reports: a verdict, every cell that was judged, and why the first wrong one is wrong."""
 
-import csv
 import html
-import io
 from dataclasses import dataclass, field
 from pathlib import Path
 
 RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "unclear"
 # A spreadsheet's green, red and amber; what was not judged is grey.
 STATUS_COLOUR = {RIGHT: "#c6efce", WRONG: "#ffc7ce", CONSEQUENCE: "#ffeb9c", UNCLEAR: "#d9d9d9"}
-FORMULA_SIGNS = ("=", "+", "-", "@", "\t", "\r")  # with which a formula may begin
 
 
 @dataclass(frozen=True)
@@ -107,14 +104,3 @@ def html_table(head, rows):
         cells = "".join(f"<td>{html.escape(text)}" for text in texts)
         lines.append(f"<tr style='background:{colour};color:black'>{cells}")
     return f"<table>{''.join(lines)}</table>"
-
-
-def csv_table(rows):
-    """A table as CSV, with a mark that tells spreadsheet programs the encoding.
-
-    A text that begins as a formula does is shown by these programs instead of calculated.
-    """
-    text = io.StringIO()
-    for row in rows:
-        csv.writer(text).writerow(f"'{c}" if isinstance(c, str) and c[:1] in FORMULA_SIGNS else c for c in row)
-    return "\ufeff" + text.getvalue()
