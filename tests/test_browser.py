@@ -19,10 +19,9 @@ from mathpost.course import machine_page, view_machine, view_path
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from tests.conftest import DATA, ROOT
+from tests.conftest import DATA, LESSONS, ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")
-NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 PICTURES = ROOT / ".artefacts/browser"  # screenshots; not in git
 FLAGS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
@@ -39,7 +38,7 @@ NO_SESSION = "Cannot read properties of null (reading 'kernel')"
 CLOSED = re.compile("(Could not restore the debugger state: )?Canceled future for |Disposed")
 
 # Lessons with views; all are run before any is opened without a kernel, which the same page then hears of.
-LIVE = [path.stem for path in NOTEBOOKS if "mathpost-live" in path.read_text(encoding="utf-8")]
+LIVE = [path.stem for path in LESSONS if "mathpost-live" in path.read_text(encoding="utf-8")]
 NOT_TRUSTED = "sent_by_mail"  # the first of them, not signed here
 RUN = """async path => {
     const app = window.jupyterapp;
@@ -106,7 +105,7 @@ def lab(tmp_path_factory):
     places = {"JUPYTERLAB_SETTINGS_DIR": "settings", "JUPYTERLAB_WORKSPACES_DIR": "workspaces"}
     places |= {"JUPYTER_CONFIG_DIR": "config", "JUPYTER_DATA_DIR": "data", "JUPYTER_RUNTIME_DIR": "runtime"}
     environment = os.environ | {variable: str(folder / name) for variable, name in places.items()}
-    lessons = [folder / "course/notebooks" / path.name for path in NOTEBOOKS]
+    lessons = [folder / "course/notebooks" / path.name for path in LESSONS]
     subprocess.run([sys.executable, "-m", "jupyter", "trust", *lessons], env=environment, check=True)
     foreign = json.loads(lessons[0].read_text(encoding="utf-8"))
     foreign["metadata"]["title"] = "as somebody else sent it"
@@ -324,7 +323,7 @@ def pytest_generate_tests(metafunc):
     """
     if "run_here" in metafunc.fixturenames:
         every = metafunc.config.getoption("--hypothesis-profile") == "many"
-        chosen = [path for path in NOTEBOOKS if every or path.stem[:2] in SAYS]
+        chosen = [path for path in LESSONS if every or path.stem[:2] in SAYS]
         metafunc.parametrize("run_here", chosen, ids=lambda path: path.stem)
 
 
@@ -357,7 +356,7 @@ def test_a_lesson_that_is_not_trusted_shows_the_still_picture(page):
     page.evaluate(CLOSE_ONLY, panel)
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_a_lesson_lives_without_a_kernel(page, path):
     """Opened as it was saved: every view and the console, and what the text says."""
     panel = reopen(page, path.stem)
@@ -399,7 +398,7 @@ def pictures(notebook):
             yield from map(base64.b64decode, EMBEDDED.findall("".join(data.get("text/html", ""))))
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_every_picture_is_on_the_page(pages, path):
     page = (pages / f"{path.stem}.html").read_text(encoding="utf-8")
     drawn = list(pictures(json.loads(path.read_text(encoding="utf-8"))))
@@ -411,7 +410,7 @@ def test_every_picture_is_on_the_page(pages, path):
     assert not links, "a page carries its pictures itself"
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_links_between_lessons_stay_among_the_pages(pages, path):
     page = (pages / f"{path.stem}.html").read_text(encoding="utf-8")
     links = re.findall(r'href="([^":#]+\.(?:ipynb|html))["#]', page)
@@ -419,7 +418,7 @@ def test_links_between_lessons_stay_among_the_pages(pages, path):
     assert all((pages / link).exists() for link in links)
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_a_page_asks_nobody_and_has_its_formulas(pages, path):
     page = (pages / f"{path.stem}.html").read_text(encoding="utf-8")
     asked = re.findall(r"""<(?:script|link|img|iframe)[^>]*\s(?:src|href)=["'](https?:[^"']+)""", page)

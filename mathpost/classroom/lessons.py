@@ -18,6 +18,7 @@ from mathpost.files import write_text
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
 VIEW = re.compile(r'<div class="mathpost-live".*?</iframe></div>', re.DOTALL)
+PANEL = "application/vnd.jupyter.widget-view+json"
 TIMEOUT = 120  # s for a cell
 
 
@@ -45,11 +46,15 @@ def rerun(path, *, accept=False):
     except (OSError, ValueError) as error:
         raise InputError(f"{path}", "a notebook", f"{error}".splitlines()[0]) from None
     how = {"timeout": TIMEOUT, "kernel_name": "python3", "record_timing": False, "coalesce_streams": True}
+    how["store_widget_state"] = False
     where = {"metadata": {"path": str(path.parent)}}
     try:
         NotebookClient(after, resources=where, extra_arguments=["--log-level=ERROR"], **how).execute()
     except CellExecutionError as error:
         raise MathpostError(f"{path}: {error.ename}: {error.evalue}") from None
+    for cell in after.cells:  # a panel that no Python answers is an error to its reader
+        if cell.cell_type == "code":
+            cell.outputs = [each for each in cell.outputs if PANEL not in each.get("data", {})]
     if accept:
         write_text(path, nbformat.writes(after))
     pairs = [each for each in zip(before.cells, after.cells, strict=True) if each[0].cell_type == "code"]

@@ -29,12 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print what is wrong; of a folder a table, with the progress on standard error."""
-    if options.machine is not None and len(machine.load(options.machine).rotary) < 2:
-        raise InputError("--machine", "a machine with two rotary axes", "one")
-    name = options.task or ""
-    said = workbook.task_file(name) if name.lower().endswith(".toml") else {"kind": name} if name else {}
-    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
-    task = workbook.Task(**said | given(options, names))
+    task = asked(options)
     if not options.path.is_dir():
         report = workbook.check_file(options.path, task)
         print(report)
@@ -53,6 +48,16 @@ def run(options: argparse.Namespace) -> int:
             write_bytes(path, text().encode())
     print(summary)
     return summary.status
+
+
+def asked(options: argparse.Namespace) -> workbook.Task:
+    """Return the task that the options name."""
+    if options.machine is not None and len(machine.load(options.machine).rotary) < 2:
+        raise InputError("--machine", "a machine with two rotary axes", "one")
+    name = options.task or ""
+    said = workbook.task_file(name) if name.lower().endswith(".toml") else {"kind": name} if name else {}
+    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
+    return workbook.Task(**said | given(options, names))
 
 
 def _cells(text):

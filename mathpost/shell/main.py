@@ -32,11 +32,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     0 is done, or all right; 1 something wrong in what was checked; 2 refused, with the reason on standard error.
     """
-    words = _joined(sys.argv[1:] if arguments is None else list(arguments))
     if arguments is None:
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
-        options = _parser(words).parse_args(words)
+        options = parse(sys.argv[1:] if arguments is None else arguments)
         status = options.run(options)
         sys.stdout.flush()
         return status
@@ -58,20 +57,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
 
 
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Return the options of one command, with its function `run`; what argparse refuses raises `SystemExit`."""
+    words = _joined(list(arguments))
+    return _parser(words).parse_args(words)
+
+
+def option_actions(command: str) -> list[argparse.Action]:
+    """Return the options of a command as argparse has them, for those who show them in a different form."""
+    made = argparse.ArgumentParser(prog=command, add_help=False)
+    import_module(f"mathpost.shell.{command}").add_arguments(made)
+    return made._actions
+
+
 def _parser(words):
     """The parser of all commands, with the arguments of the one that `words` begin with."""
-    parser = argparse.ArgumentParser(
+    made = argparse.ArgumentParser(
         prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
     )
-    parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
-    commands = parser.add_subparsers(dest="command", required=True)
+    made.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
+    commands = made.add_subparsers(dest="command", required=True)
     for name, said in COMMANDS.items():
         command = commands.add_parser(name, help=said)
         if words[:1] == [name]:
             module = import_module(f"mathpost.shell.{name}")
             module.add_arguments(command)
             command.set_defaults(run=module.run)
-    return parser
+    return made
 
 
 def _joined(arguments):

@@ -3,15 +3,19 @@
 import argparse
 import math
 import sys
+from collections.abc import Callable
 
 from mathpost import machine
 from mathpost.compensate.model import read_errors
 from mathpost.controls import control
+from mathpost.machine import Machine
 from mathpost.path import cl
+from mathpost.path.cl import CLData
+from mathpost.post import Result
 from mathpost.post import run as post
 from mathpost.post.options import TOLERANCE
 from mathpost.post.selection import STRATEGIES
-from mathpost.post.singular import AXIS_TOLERANCE, CONE
+from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, CONE, LEAN
 from mathpost.post.ways import Crossing
 from mathpost.shell.options import FILE, OUTPUT, degrees, given, vector, write
 
@@ -28,6 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--selection", dest="strategy", choices=STRATEGIES, default="optimal")
     add("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions")
     add("--cone", **degrees(CONE), help="half angle of the singular region (default %(default)g)")
+    add("--lean", **degrees(LEAN), help="how far the way aside moves the tool axis (default %(default)g)")
+    add("--clearance", type=float, default=CLEARANCE, metavar="MM", help="of ways that lift (default %(default)g)")
     add("--split", action="store_true", help="retract and unwind where travel ends")
     add("--tool-length", type=float, metavar="MM", help="instead of the machine file's")
     add("--origin", type=vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's")
@@ -39,17 +45,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the program, and the report to standard error."""
-    setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
-    ignored = tuple(word.strip() for word in options.ignore.split(",") if word.strip())
-    result = post(
-        cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=ignored),
-        setup,
-        axis_tolerance=math.radians(options.axis_tolerance),
-        cone=math.radians(options.cone),
-        errors=read_errors(options.errors, setup) if options.errors else None,
-        progress=(lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None,
-        **given(options, ("dialect", "strategy", "singular", "tolerance", "tcp", "split", "compare")),
-    )
+    progress = (lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None
+    result = made(options, *read(options), progress)
     write(options.output, result.program, inputs=filter(None, (options.cl, options.machine, options.errors)))
     print(result.report, file=sys.stderr)
     return 0
+
+
+def read(options: argparse.Namespace) -> tuple[CLData, Machine]:
+    """Return the CL data and the machine, as set up."""
+    setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
+    ignored = tuple(word.strip() for word in options.ignore.split(",") if word.strip())
+    return cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=ignored), setup
+
+
+def made(
+    options: argparse.Namespace, path: CLData, setup: Machine, progress: Callable[[str], None] | None
+) -> Result:
+    """Return the program that the options ask for, of what `read` has read; see `mathpost.post.run`."""
+    return post(
+        path,
+        setup,
+        axis_tolerance=math.radians(options.axis_tolerance),
+        cone=math.radians(options.cone),
+        lean=math.radians(options.lean),
+        errors=read_errors(options.errors, setup) if options.errors else None,
+        progress=progress,
+        **given(options, ("dialect", "strategy", "singular", "clearance", "tolerance", "tcp", "split", "compare")),
+    )

@@ -1,0 +1,120 @@
+"""Travel, rates and accelerations of a machine's axes as numbers to change, and the machine file with them."""
+
+import tomllib
+
+import ipywidgets as widgets
+import tomlkit
+
+from mathpost.errors import InputError, MathpostError
+from mathpost.machine import LETTERS, from_dict
+
+COLUMNS = ("from", "to", "rate", "acceleration")
+CELL = widgets.Layout(width="255px")
+LABEL = {"description_width": "155px"}
+
+
+class Axes(widgets.VBox):
+    """A row of numbers for each axis of a machine file, in the file's own units; an empty one is not stated."""
+
+    def __init__(self):
+        super().__init__()
+        self.name, self.content = "", ""
+        self.stated, self.cells = {}, {}
+        self.add_class("mathpost-axes")
+
+    def show(self, name: str, content: str | None) -> None:
+        """Show the axes of a machine file; what was typed for a different one is forgotten."""
+        if content == self.content:
+            return
+        try:
+            self.stated = _stated(content, name) if content is not None else {}
+        except MathpostError:  # which the run will say
+            content, self.stated = None, {}
+        self.name, self.content, rows = name, content, []
+        self.cells = {axis: dict.fromkeys(COLUMNS) for axis in self.stated}
+        for name, values in self.stated.items():
+            unit = "mm" if name in LETTERS else "°"
+            units = dict(zip(COLUMNS, (unit, unit, f"{unit}/s", f"{unit}/s²"), strict=True))
+            for column in COLUMNS:
+                self.cells[name][column] = widgets.Text(
+                    value=_text(values[column]), description=f"{name} {column}, {units[column]}", layout=CELL,
+                    placeholder="none", style=LABEL,
+                )  # fmt: skip
+            rows.append(widgets.HBox(list(self.cells[name].values())))
+        self.children = rows or (widgets.HTML("<span class=mathpost-help>choose a machine first</span>"),)
+
+    def changed(self) -> str | None:
+        """Return the machine file with the numbers that were typed, its comments kept; None if none was changed."""
+        typed = {name: {column: _number(cell) for column, cell in row.items()} for name, row in self.cells.items()}
+        if self.content is None or typed == self.stated:
+            return None
+        content = tomlkit.parse(self.content)
+        for name, row in typed.items():
+            if (row["from"] is None) != (row["to"] is None):
+                raise InputError(f"{name} from, to", "both ends of the travel, or neither", "one")
+            if row != self.stated[name]:
+                _put(_table(content, name), row, self.stated[name])
+        return tomlkit.dumps(content)
+
+
+def _stated(text, name):
+    """Axis → column → number of a machine file, None where it states none."""
+    try:
+        content = tomllib.loads(text)
+        from_dict(content, name)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(name, "a TOML file", str(error)) from None
+    found = {}
+    linear = content.get("linear", {})
+    for entry in [{"name": name, **linear.get(name, {})} for name in LETTERS] + content["rotary"]:
+        low, high = entry.get("limits", (None, None))
+        numbers = (low, high, entry.get("max_rate"), entry.get("max_acceleration"))
+        numbers = (None if each is None else float(each) for each in numbers)
+        found[entry["name"]] = dict(zip(COLUMNS, numbers, strict=True))
+    return found
+
+
+def _text(value):
+    return "" if value is None else f"{value:.12g}"
+
+
+def _number(cell):
+    text = cell.value.strip().replace(",", ".").replace("−", "-")
+    try:
+        return float(text) if text else None
+    except ValueError:
+        raise InputError(cell.description, "a number, or nothing", repr(cell.value)) from None
+
+
+def _table(content, name):
+    """The table of an axis in a machine file, made if it is not there."""
+    if name in LETTERS:
+        linear = content.setdefault("linear", tomlkit.table())
+        return linear.setdefault(name, tomlkit.inline_table())
+    return next(entry for entry in content["rotary"] if entry["name"] == name)
+
+
+def _put(table, row, before):
+    """Write the numbers of one axis that have changed; the comment of each stays."""
+    values, was = _keys(row), _keys(before)
+    for key, value in values.items():
+        if value is None:
+            table.pop(key, None)
+        elif value != was[key]:
+            item = tomlkit.item(value)
+            if key in table:
+                item.trivia.comment_ws, item.trivia.comment = (
+                    table[key].trivia.comment_ws,
+                    table[key].trivia.comment,
+                )
+            table[key] = item
+
+
+def _keys(row):
+    """The numbers of one axis as a machine file has them; None is not stated."""
+    ends = [row["from"], row["to"]]
+    return {
+        "limits": None if ends == [None, None] else ends,
+        "max_rate": row["rate"],
+        "max_acceleration": row["acceleration"],
+    }

@@ -1,0 +1,162 @@
+"""An option of the shell as a control: what argparse knows of it says what it looks like."""
+
+import argparse
+from collections.abc import Callable, Iterable
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import ipywidgets as widgets
+
+from mathpost.controls import control
+from mathpost.course.lesson_data import data
+from mathpost.errors import InputError
+from mathpost.files import write_bytes
+from mathpost.shell.main import option_actions
+
+SHIPPED = {  # files that come with the package, by the option that takes them
+    "cl": "cl/*.cl",
+    "machine": "machines/*.toml",
+    "errors": "errors/*.toml",
+    "readings": "measurements/*.csv",
+    "path": "workbooks/*.xlsx",
+}
+UNITS = {"MM": "mm", "DEG": "°"}
+MEGABYTE = 2**20
+LARGEST = 8 * MEGABYTE  # of what is uploaded at once: a message of more than ten ends a Jupyter connection
+MOST = 500  # files
+LABEL, FIELD = "120px", "340px"
+STYLE = {"description_width": LABEL}
+
+
+class Option:
+    """A control for one option: `box` is shown, `words` are what would stand on the command line."""
+
+    def __init__(self, action: argparse.Action, value: Any = None):
+        self.action = action
+        self.name = max(action.option_strings, key=len, default="")
+        self.positional = not action.option_strings
+        unit = UNITS.get(str(action.metavar), "")
+        label = (self.name or action.dest).strip("-").replace("-", " ") + f", {unit}" * bool(unit)
+        said = escape((action.help or "") % vars(action)) if action.help else ""
+        self.field = self._made(label, action.default if value is None else value)
+        self.box = widgets.HBox([self.field, widgets.HTML(f"<span class=mathpost-help>{said}</span>")])
+
+    def _made(self, label, value):
+        how = {"description": label, "style": STYLE, "layout": widgets.Layout(width=FIELD)}
+        if self.action.const is True:
+            return widgets.Checkbox(value=bool(value), indent=True, **how)
+        if self.action.choices is not None:
+            choices = [
+                *[("", None)] * (self.action.default is None),
+                *((each, each) for each in self.action.choices),
+            ]
+            return widgets.Dropdown(options=choices, value=value, **how)
+        text = value if isinstance(value, str) else "" if value is None else f"{value:g}"
+        if self.action.metavar == "CONTROL":
+            return widgets.Combobox(options=control.names(), value=text, **how)
+        shape = self.action.metavar
+        shape = " ".join(shape) if isinstance(shape, tuple) else ""
+        return widgets.Text(value=text, placeholder=shape + f"; {shape}; …" * self._is_repeated(), **how)
+
+    def _is_repeated(self):
+        return isinstance(self.action, argparse._AppendAction)
+
+    def words(self, folder: Path) -> list[str]:
+        """Return the words; what was uploaded is written into `folder`."""
+        value = self.field.value
+        if isinstance(value, bool) or value is None:
+            return [self.name] * bool(value)
+        if not (text := value.strip()):
+            return []
+        if self._is_repeated():
+            return [word for row in text.split(";") if row.split() for word in (self.name, *row.split())]
+        if self.action.nargs is not None:
+            return [*[self.name] * bool(self.name), *text.split()]
+        return [text] if self.positional else [f"{self.name}={text}"]
+
+
+class FileOption(Option):
+    """A control for a file, or several: uploaded, by its path, or the name of one that comes with the package."""
+
+    def __init__(self, action: argparse.Action, value: Any = None):
+        self.several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
+        super().__init__(action, value)
+        self.upload = widgets.FileUpload(
+            description="Upload", multiple=self.several, tooltip=f"at most {LARGEST // MEGABYTE} MB",
+            layout=widgets.Layout(width="120px"),
+        )  # fmt: skip
+        self.uploaded: dict[str, bytes] = {}
+        self.upload.observe(self._take, "value")
+        self.box.children = (self.field, self.upload, *self.box.children[1:])
+
+    def _made(self, label, value):
+        pattern = SHIPPED.get(self.action.dest)
+        self.shipped = {file.name: file for file in _shipped(pattern)} if pattern else {}
+        text = "; ".join(map(str, value)) if isinstance(value, list | tuple) else str(value or "")
+        return widgets.Combobox(
+            description=label, options=list(self.shipped), value=text, placeholder="path, or from the list",
+            style=STYLE, layout=widgets.Layout(width=FIELD),
+        )  # fmt: skip
+
+    def _take(self, _change):
+        """What was uploaded is what the field names, until something else is typed there."""
+        self.uploaded = {Path(each["name"]).name: bytes(each["content"]) for each in self.upload.value}
+        if self.uploaded:
+            names = list(self.uploaded)
+            self.field.value = names[0] if len(names) == 1 else f"{len(names)} files, uploaded"
+
+    def words(self, folder: Path) -> list[str]:
+        """Return the paths, with the option's name before each that has one."""
+        paths = self.paths(folder)
+        if len(paths) > 1 and self.action.nargs is None:
+            paths = [paths[0].parent]
+        return [str(path) if self.positional else f"{self.name}={path}" for path in paths]
+
+    def paths(self, folder: Path) -> list[Path]:
+        """Return the paths of the files that the field names; what was uploaded is written into `folder`."""
+        text = self.field.value.strip()
+        if text and (text in self.uploaded or text == f"{len(self.uploaded)} files, uploaded"):
+            return list(self._written(folder / self.action.dest))
+        names = [name.strip() for name in (text.split(";") if self.several else [text]) if name.strip()]
+        return [self.shipped.get(name, Path(name)) if not Path(name).exists() else Path(name) for name in names]
+
+    def content(self) -> bytes | None:
+        """Return the content of the one file that the field names, None if there is none."""
+        text = self.field.value.strip()
+        if text in self.uploaded:
+            return self.uploaded[text]
+        paths = self.paths(Path())
+        found = self.shipped.get(f"{paths[0]}.toml", paths[0]) if len(paths) == 1 else None
+        return found.read_bytes() if found is not None and found.is_file() else None
+
+    def _written(self, folder):
+        size = sum(map(len, self.uploaded.values()))
+        if size > LARGEST or len(self.uploaded) > MOST:
+            expected = f"at most {MOST} uploaded files, {LARGEST // MEGABYTE} MB together; more by the path"
+            raise InputError(self.action.dest, expected, f"{len(self.uploaded)}, {size / MEGABYTE:.1f} MB")
+        folder.mkdir()
+        for name, content in self.uploaded.items():
+            write_bytes(folder / name, content)
+            yield folder / name
+
+
+def _shipped(pattern):
+    folder, _, names = pattern.partition("/")
+    return sorted(data(folder).glob(names))
+
+
+def options(command: str, values: dict[str, Any], without: Iterable[str] = ()) -> dict[str, Option]:
+    """Return a control for each option of a command that says what to read, by the name of its value.
+
+    `values` are what the controls begin with; what the shell writes, the panel offers as a download.
+    """
+    found = {}
+    for action in option_actions(command):
+        written = "-o" in action.option_strings or action.metavar == "OUT" or action.dest in without
+        if not written and not isinstance(action, argparse._HelpAction):
+            kind: Callable[..., Option] = FileOption if action.type is Path else Option
+            found[action.dest] = kind(action, values.pop(action.dest, None))
+    if values:
+        raise InputError(f"panel {command}", f"the options {', '.join(found)}", ", ".join(values))
+    return found

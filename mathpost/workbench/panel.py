@@ -1,0 +1,171 @@
+"""A command of the shell as a panel: its options as controls, run and cancel, what comes out, downloads."""
+
+import base64
+import threading
+import time
+from collections.abc import Callable, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import ipywidgets as widgets
+from IPython.display import display
+
+from mathpost.errors import MathpostError
+from mathpost.files import read_text, write_bytes
+from mathpost.workbench.options import MEGABYTE, Option, options
+from mathpost.workbench.run import Made, Run
+
+SENTENCE = "Run this cell: it needs Python."
+STYLE = Path(__file__).parent / "panel.css"
+LARGEST = 32 * MEGABYTE  # of a download; more is saved to a folder
+WIDE = widgets.Layout(width="100%")
+
+
+class Panel(widgets.VBox):
+    """A panel of one command.
+
+    Parameters
+    ----------
+    command : str
+        One of `mathpost.shell.main.COMMANDS`.
+    work : callable
+        ``work(options, say)``, a function of a module, makes a `Made` in a process of its own. ``say(stage, done,
+        total)`` tells how far it is.
+    first : sequence of str
+        The options in sight; the others are in a section that opens.
+    values : dict
+        What options begin with.
+    """
+
+    def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any], **how: Any):
+        self.command, self.work = command, work
+        self.options = options(command, dict(values), **how)
+        self.run = widgets.Button(description="Run", button_style="primary", tooltip="with the values above")
+        self.cancel = widgets.Button(description="Cancel", disabled=True, tooltip="stop at once; nothing is left")
+        self.bar = widgets.FloatProgress(min=0, max=1, layout=widgets.Layout(width="220px"))
+        self.stage, self.said = widgets.HTML(), widgets.HTML()
+        self.found = widgets.VBox(layout=WIDE)
+        self.sections = widgets.Accordion(layout=WIDE)
+        self.files: dict[str, bytes] = {}
+        self.running: Run | None = None
+        self.thread: threading.Thread | None = None
+        self.run.on_click(lambda _: self.start())
+        self.cancel.on_click(lambda _: self.running and self.running.stop())
+        buttons = widgets.HBox([self.run, self.cancel, self.bar, self.stage])
+        shown = [self.options[name].box for name in first]
+        super().__init__([*shown, self.sections, buttons, self.said, self.found], layout=WIDE)
+        self.add_class("mathpost-panel")
+        if more := [each.box for name, each in self.options.items() if name not in first]:
+            self.section("Further options", widgets.VBox(more))
+
+    def section(self, title: str, content: widgets.Widget) -> None:
+        """Add a section that opens."""
+        self.sections.children = (*self.sections.children, content)
+        self.sections.set_title(len(self.sections.children) - 1, title)
+
+    def __getitem__(self, name: str) -> Option:
+        """Return the control of an option."""
+        return self.options[name]
+
+    def words(self, folder: Path) -> list[str]:
+        """Return the command line that the controls stand for; files that it needs are written into `folder`."""
+        return [self.command, *(word for each in self.options.values() for word in each.words(folder))]
+
+    def start(self) -> None:
+        """Run the command; `wait` for its end."""
+        if self.thread is not None and self.thread.is_alive():
+            return
+        self.running, self.files = Run(self.work), {}
+        self.said.value, self.stage.value, self.found.children = "", "", ()
+        try:
+            words = self.words(self.running.folder)
+        except MathpostError as error:
+            self.running.clear()
+            self.tell(str(error), "wrong")
+            return
+        self.run.disabled, self.cancel.disabled, self.bar.value = True, False, 0
+        self.begun = time.monotonic()
+        self.now: tuple[str, float] = ("starting", self.begun)
+        self.thread = threading.Thread(target=self._follow, args=(words,), daemon=True)
+        self.thread.start()
+
+    def wait(self) -> None:
+        """Wait until the run has ended."""
+        if self.thread is not None:
+            self.thread.join()
+
+    def _follow(self, words):
+        made = self.running(words, self.told)
+        self.run.disabled, self.cancel.disabled = False, True
+        if isinstance(made, Made):
+            self.bar.value = 1
+            self.stage.value = f"{time.monotonic() - self.begun:.1f} s"
+            self.tell(made.said, "right" if made.fine else "wrong")
+            self.show(made)
+        else:
+            self.bar.value, self.stage.value = 0, ""
+            self.tell(made or "stopped: nothing is left of this run", "wrong" if made else "")
+
+    def told(self, stage: str = "", done: float = 0, total: float = 0) -> None:
+        """Show how far the run is: the stage and its seconds."""
+        if stage and stage != self.now[0]:
+            self.now = (stage, time.monotonic())
+        if total:
+            self.bar.value = done / total
+        stage, since = self.now
+        self.stage.value = f"{escape(stage)} … {time.monotonic() - since:.0f} s"
+
+    def tell(self, text: str, kind: str = "") -> None:
+        """Say one line: a result, or an error."""
+        self.said.value = f'<div class="mathpost-said {kind}" role="status">{escape(text)}</div>'
+
+    def show(self, made: Made) -> None:
+        """Show what was made: pages beside each other, and downloads."""
+        self.files = made.files
+        pages = widgets.Tab([widgets.HTML(page, layout=WIDE) for page in made.pages.values()], layout=WIDE)
+        pages.titles = tuple(made.pages)
+        self.found.children = (self.downloads(), pages)
+
+    def downloads(self) -> widgets.Widget:
+        """Links that save each file, and a field to write all of them to a folder."""
+        links = []
+        for name, content in self.files.items():
+            if len(content) <= LARGEST:
+                data = base64.b64encode(content).decode()
+                links.append(
+                    f'<a class="mathpost-download" download="{escape(name)}" '
+                    f'href="data:application/octet-stream;base64,{data}">⤓ {escape(name)}</a>'
+                )
+        if not self.files:
+            return widgets.HTML()
+        where = widgets.Text(
+            placeholder="or a folder on the server", description="save to", layout={"width": "300px"}
+        )
+        button, said = widgets.Button(description="Save", tooltip="write all files there"), widgets.HTML()
+        button.on_click(lambda _: self._save(where.value, said))
+        return widgets.HBox([widgets.HTML(" ".join(links)), where, button, said])
+
+    def _save(self, folder, said):
+        try:
+            if not (folder := folder.strip()) or not Path(folder).is_dir():
+                raise MathpostError(f"{folder or 'save to'}: expected a folder that is there, found none")
+            taken = [name for name in self.files if (Path(folder) / name).exists()]
+            if taken:
+                raise MathpostError(f"{', '.join(taken)}: not written, it is there already")
+            for name, content in self.files.items():
+                write_bytes(Path(folder) / name, content)
+        except MathpostError as error:
+            said.value = f'<span class="mathpost-said wrong">{escape(str(error))}</span>'
+        else:
+            said.value = f"{len(self.files)} written"
+
+    def __repr__(self):
+        return f"{self.command}: {SENTENCE}"
+
+    def _ipython_display_(self, **_kwargs):
+        """Show a sentence for those who have no Python, and where there is one the panel in its place."""
+        sentence = f'<style>{read_text(STYLE)}</style><div class="mathpost-sentence">{SENTENCE}</div>'
+        display({"text/plain": repr(self), "text/html": sentence}, raw=True)
+        view = self._repr_mimebundle_()
+        display({kind: view[kind] for kind in view if "widget-view" in kind}, raw=True)

@@ -1,0 +1,114 @@
+"""One run of a command in a process of its own: it tells how far it is, can be stopped, and leaves nothing."""
+
+import io
+import multiprocessing
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from contextlib import redirect_stderr
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from mathpost.errors import MathpostError
+from mathpost.shell import main
+
+EVERY = 0.3  # s between two looks at a process that says nothing
+
+
+@dataclass
+class Made:
+    """What a run has made, to be shown: pages of HTML by their titles, and files by their names."""
+
+    said: str  # in one line
+    pages: dict[str, str] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+    fine: bool = True
+
+
+class Run:
+    """A process that runs ``work(options, say)``, and the folder for what it needs, which goes with it.
+
+    `words` stand on the command line of the shell; what the work says with ``say(...)`` is passed to `told`, each
+    time, and from time to time nothing is. `result` is a `Made`, or the sentence of an error, or None if it was
+    stopped.
+    """
+
+    def __init__(self, work: Callable):
+        self.work = work
+        self.folder = Path(tempfile.mkdtemp(prefix="mathpost-"))
+        self.process: Any = None
+        self.stopped = False
+
+    def __call__(self, words: list[str], told: Callable[..., None]) -> Made | str | None:
+        """Run until it has ended or was stopped; the folder is then gone."""
+        spawn = multiprocessing.get_context("spawn")
+        ours, theirs = spawn.Pipe(duplex=False)
+        try:
+            self.process = spawn.Process(target=_work, args=(theirs, self.work, words, self.folder), daemon=True)
+            self.process.start()
+            theirs.close()
+            if self.stopped:  # before there was anything to be stopped
+                self.process.kill()
+            while True:
+                if not ours.poll(EVERY):
+                    told()
+                    continue
+                kind, content = ours.recv()
+                if kind == "ended":
+                    return content
+                told(*content)
+        except EOFError:
+            return None if self.stopped else "the process ended without a word: out of memory?"
+        finally:
+            if self.process is not None:
+                self.process.kill()
+                self.process.join()
+            ours.close()
+            self.clear()
+
+    def stop(self) -> None:
+        """End the process, whatever it does."""
+        self.stopped = True
+        if self.process is not None and self.process.pid:
+            self.process.kill()
+
+    def clear(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _work(connection: Connection, work: Callable, words: list[str], folder: Path) -> None:
+    """In the new process: run, and send what is said and what comes out."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the kernel's own
+    sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as it lives
+    threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
+    try:
+        ended = work(parsed(words), lambda *said: connection.send(("told", said)))
+    except MathpostError as error:
+        ended = str(error)
+    except Exception as error:
+        ended = f"a fault of mathpost, {type(error).__name__}: {error}"
+    connection.send(("ended", ended))
+
+
+def parsed(words: list[str]):
+    """Return the options that the words name; what argparse refuses is a `MathpostError`, too."""
+    said = io.StringIO()
+    try:
+        with redirect_stderr(said):
+            return main.parse(words)
+    except SystemExit:
+        raise MathpostError(said.getvalue().strip().rpartition("error: ")[2]) from None
+
+
+def _end_with_parent(folder):
+    """A kernel that was killed leaves nothing behind, either."""
+    multiprocessing.parent_process().join()
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)

@@ -1,0 +1,214 @@
+"""Panels driven as their user drives them, without a browser: set values, press, look at what is said."""
+
+import argparse
+import re
+import tempfile
+from datetime import UTC, datetime
+from pathlib import Path
+
+import ipywidgets as widgets
+import pytest
+
+from mathpost import workbench
+from mathpost.errors import InputError
+from mathpost.shell import main, post
+from mathpost.workbench.options import LARGEST
+from mathpost.workbench.panel import SENTENCE
+from mathpost.workbench.run import Made, parsed
+from tests.conftest import DATA
+
+WHEN = datetime(2026, 1, 2, tzinfo=UTC)
+MADE = {"post": workbench.post(cl="blade.cl", machine="dmu50v.toml")}  # none is changed
+
+
+def inside(widget):
+    """All widgets of a panel."""
+    yield widget
+    for child in getattr(widget, "children", ()):
+        yield from inside(child)
+
+
+def uploaded(panel, name, files):
+    """Put files, by name, into an option as a browser does."""
+    panel[name].upload.value = [
+        {"name": file, "type": "", "size": len(content), "content": memoryview(content), "last_modified": WHEN}
+        for file, content in files.items()
+    ]
+
+
+def said(panel):
+    """The line under the buttons, without its colour, and the colour."""
+    found = re.search(r'mathpost-said (\w*)" role="status">(.*)</div>', panel.said.value)
+    return found[2], found[1]
+
+
+def left():
+    """Folders of runs that are still there."""
+    return set(Path(tempfile.gettempdir()).glob("mathpost-*"))
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_every_control_has_a_label(name):
+    controls = [
+        each for each in inside(MADE[name])
+        if isinstance(each, widgets.ValueWidget) and not isinstance(each, widgets.HTML | widgets.FloatProgress)
+    ]  # fmt: skip
+    assert len(controls) >= 5 and all(each.description for each in controls)
+    assert all(each.tabbable is not False for each in controls), "a key gets there"
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_the_controls_begin_with_the_defaults_of_the_shell(name, tmp_path):
+    """What the panel would run, against argparse's own defaults."""
+    options = vars(parsed(MADE[name].words(tmp_path)))
+    command = argparse.ArgumentParser()
+    main.import_module(f"mathpost.shell.{name}").add_arguments(command)
+    for action in command._actions:
+        if action.option_strings and action.dest not in ("help", "machine", "compare"):
+            assert options[action.dest] == action.default, action.dest
+
+
+def test_an_option_that_is_new_in_the_shell_is_new_in_the_panel(monkeypatch, tmp_path):
+    known = post.add_arguments
+
+    def more(parser):
+        known(parser)
+        parser.add_argument("--coolant", choices=("off", "on"), help="while it cuts")
+
+    monkeypatch.setattr(post, "add_arguments", more)
+    panel = workbench.post(coolant="on")
+    assert "while it cuts" in panel["coolant"].box.children[-1].value
+    assert "--coolant=on" in panel.words(tmp_path)
+    with pytest.raises(InputError, match="panel post: expected the options .*coolant.*, found coolnt"):
+        workbench.post(coolnt="on")
+
+
+def test_the_program_is_the_shells_byte_for_byte(tmp_path):
+    """A CL file uploaded, B's travel changed: against the shell on a machine file that was changed by hand."""
+    before = left()
+    panel = workbench.post(machine="dmu50v.toml", compare=False)
+    uploaded(panel, "cl", {"wing.cl": (DATA / "cl/blade.cl").read_bytes()})
+    panel.axes.cells["B"]["from"].value = "-25"
+    panel.start()
+    panel.wait()
+    text, colour = said(panel)
+    assert colour == "right" and "27 lines, proved" in text, text
+    by_hand = (
+        (DATA / "machines/dmu50v.toml")
+        .read_text(encoding="utf-8")
+        .replace("limits = [0, 180]", "limits = [-25, 180]")
+    )
+    (tmp_path / "mine.toml").write_text(by_hand, encoding="utf-8")
+    (tmp_path / "wing.cl").write_bytes((DATA / "cl/blade.cl").read_bytes())
+    words = [
+        "post",
+        f"{tmp_path / 'wing.cl'}",
+        "--machine",
+        f"{tmp_path / 'mine.toml'}",
+        "-o",
+        f"{tmp_path / 'out'}",
+    ]
+    assert main.main(words) == 0
+    assert panel.files["wing.h"] == (tmp_path / "out").read_bytes()
+    assert panel.files["dmu50v_changed.toml"].decode().replace("-25.0, 180.0", "-25, 180") == by_hand
+    assert "No rotary axis jumps" in panel.found.children[1].children[1].value
+    assert left() == before, "nothing is left of a run"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("cl", "none.cl", "none.cl: expected a readable file"),
+        ("tolerance", "a hair", "argument --tolerance: invalid float value: 'a hair'"),
+        ("dialect", "abacus", "abacus"),
+        ("tool_length", "-5", "tool length: expected mm, not negative, found -5"),
+    ],
+)
+def test_what_is_wrong_is_one_line(name, value, expected, tmp_path):
+    panel = workbench.post(cl="blade.cl", machine="dmu50v.toml")
+    panel[name].field.value = value
+    with pytest.raises(ValueError) as error:
+        panel.work(parsed(panel.words(tmp_path)), lambda *said: None)
+    assert expected in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_wrong_number_of_an_axis_is_said_before_anything_runs():
+    before = left()
+    panel = workbench.post(cl="blade.cl", machine="dmu50v.toml")
+    for axis, column, typed, expected in (
+        ("B", "from", "zero", "B from, °: expected a number, or nothing"),
+        ("C", "to", "90", "C from, to: expected both ends of the travel, or neither, found one"),
+    ):
+        cell = panel.axes.cells[axis][column]
+        cell.value, was = typed, cell.value
+        panel.start()
+        text, colour = said(panel)
+        assert colour == "wrong" and text.startswith(expected) and panel.thread is None
+        cell.value = was
+    assert left() == before
+
+
+def test_numbers_of_axes_go_into_the_file_and_what_was_not_changed_stays(tmp_path):
+    panel = workbench.post(cl="blade.cl", machine="head_b_table_c.toml")
+    assert panel.axes.changed() is None
+    panel.axes.cells["B"]["rate"].value = "12,5"
+    panel.axes.cells["X"]["from"].value = panel.axes.cells["X"]["to"].value = ""
+    changed = panel.axes.changed()
+    panel.axes.show("changed", changed)
+    assert panel.axes.stated["B"]["rate"] == 12.5 and panel.axes.stated["X"]["from"] is None
+    text = (DATA / "machines/head_b_table_c.toml").read_text(encoding="utf-8")
+    kept = set(text.splitlines()) - set(changed.splitlines())
+    assert len(kept) == 2, "two lines are different"
+    panel["machine"].field.value = "bc_table"
+    assert panel.axes.cells["B"]["from"].value == "-35", "a different machine, different numbers"
+
+
+def test_uploads_are_bounded_and_stay_in_their_folder(tmp_path):
+    panel = workbench.post(machine="dmu50v.toml")
+    uploaded(panel, "cl", {"../../evil.cl": b"GOTO/0,0,0"})
+    (path,) = panel["cl"].paths(tmp_path)
+    assert path == tmp_path / "cl/evil.cl" and path.read_bytes() == b"GOTO/0,0,0"
+    uploaded(panel, "cl", {"large.cl": bytes(LARGEST + 1)})
+    panel.start()
+    text, colour = said(panel)
+    assert colour == "wrong" and "at most 500 uploaded files, 8 MB together" in text and panel.thread is None
+
+
+def test_a_cancelled_run_ends_at_once_and_leaves_nothing():
+    before = left()
+    panel = workbench.post(machine="dmu50v")
+    uploaded(panel, "cl", {"twisted.cl": (DATA / "cl/twisted_blade.cl").read_bytes()})
+    panel.start()
+    while not panel.bar.value:  # it has begun
+        panel.thread.join(0.05)
+        assert panel.thread.is_alive(), panel.said.value
+    assert panel.run.disabled and not panel.cancel.disabled
+    panel.cancel.click()
+    panel.wait()
+    assert said(panel) == ("stopped: nothing is left of this run", "")
+    assert not panel.running.process.is_alive() and left() == before
+    assert panel.files == {} and not panel.run.disabled
+
+
+def test_what_is_saved_replaces_nothing(tmp_path):
+    panel = workbench.post()
+    panel.show(Made("done", {"Report": "<pre>all</pre>"}, {"a.h": b"1\n", "b.txt": b"2\n"}))
+    _, where, button, told = panel.found.children[0].children
+    where.value = str(tmp_path)
+    button.click()
+    assert told.value == "2 written" and (tmp_path / "a.h").read_bytes() == b"1\n"
+    (tmp_path / "a.h").write_bytes(b"mine")
+    button.click()
+    assert "a.h, b.txt: not written" in told.value and (tmp_path / "a.h").read_bytes() == b"mine"
+    where.value = str(tmp_path / "none")
+    button.click()
+    assert "expected a folder" in told.value and not (tmp_path / "none").exists()
+
+
+def test_without_python_a_panel_is_its_sentence(monkeypatch):
+    shown = []
+    monkeypatch.setattr("mathpost.workbench.panel.display", lambda data, raw: shown.append(data))
+    MADE["post"]._ipython_display_()
+    sentence, view = shown
+    assert SENTENCE in sentence["text/html"] and SENTENCE in sentence["text/plain"]
+    assert list(view) == ["application/vnd.jupyter.widget-view+json"]
