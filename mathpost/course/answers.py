@@ -327,12 +327,14 @@ class Written(Kind):
 
 @dataclass(frozen=True)
 class Name(Kind):
-    """One of several names; case, spaces, quotes, primes and brackets do not matter.
+    """One of several names; case, spaces, quotes, primes, brackets and what joins letters do not matter.
 
     Examples
     --------
     >>> Name("x y z").read(" 'Z′' "), Name({"active": ["主动"], "passive": ["被动"]}).read("主动")
     ('z', 'active')
+    >>> Name("ZXY ZYX").read("z-x'-y''"), Name("Z -Z").read("-Z")
+    ('ZXY', '-Z')
     """
 
     choices: object  # the names in one string, or a dict of each to a list of synonyms, such as the Chinese
@@ -356,6 +358,9 @@ class Name(Kind):
     def read(self, answer):
         if isinstance(answer, (list, tuple)) and len(answer) == 1:
             (answer,) = answer
+        letters = re.sub(r"\bthen\b|[\W\d_]", " ", str(answer)).split()
+        if bare(answer) not in self.known and len(letters) > 1 and max(map(len, letters)) == 1:
+            answer = "".join(letters)  # Z-X'-Y'', Z → X → Y, ["Z", "X", "Y"]
         words = {bare(answer)} if bare(answer) in self.known else {bare(word) for word in str(answer).split()}
         found = {self.known[word] for word in words if word in self.known}  # "the z axis"
         plain = all(word.isalpha() for word in words - set(self.known)) and not {"not", "no", "nor"} & words

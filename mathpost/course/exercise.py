@@ -8,6 +8,7 @@ each answer is stored as data beside its verdict, so a teacher can judge it agai
 import html
 import json
 import re
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from difflib import get_close_matches
 from importlib import import_module
@@ -23,7 +24,19 @@ from mathpost.errors import InputError
 from mathpost.files import read_text
 from mathpost.rotation import wrap
 
-__all__ = ["check", "define", "given", "judge", "progress", "reveal", "saved", "slip", "solution", "student"]
+__all__ = [
+    "after",
+    "check",
+    "define",
+    "given",
+    "judge",
+    "progress",
+    "reveal",
+    "saved",
+    "slip",
+    "solution",
+    "student",
+]
 for _module in iter_modules(exercises.__path__):
     import_module(f"mathpost.course.exercises.{_module.name}")  # for their entries in EXERCISES
 
@@ -113,7 +126,7 @@ def reveal(guess, truth, *, within=None, modulo=None):
     The answer: Z - 200. You guessed it.
     (None, None, None)
     """
-    if guess is None or guess is ...:
+    if not _given(guess):
         print(
             "Write a guess in the place of None, even a wild one, and run that cell. Then run this one: "
             "it shows the answer."
@@ -130,6 +143,29 @@ def reveal(guess, truth, *, within=None, modulo=None):
         if bare(guess) == bare(truth):
             said = "You guessed it."
     print(f"The answer: {truth}. {said}")
+
+
+@contextmanager
+def after(guess):
+    """Run the lines below and show what they print and draw only after a guess; without one, nothing of it.
+
+    So a lesson that is run as a whole, exported or handed out does not hold the answer before the question.
+
+    Examples
+    --------
+    >>> for guess in None, 3:
+    ...     with after(guess):
+    ...         print("It is", 2 + 1)
+    It is 3
+    """
+    from IPython.utils.capture import capture_output  # slow to import, see `check`
+
+    with nullcontext() if _given(guess) else capture_output():
+        yield
+
+
+def _given(guess):
+    return guess is not None and guess is not ...
 
 
 def saved(path):

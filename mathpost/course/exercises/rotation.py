@@ -264,11 +264,17 @@ def rho(i=20, j=35, k=10):
 
 @define("03b-third", Angle(decimals=2))
 @slip("left over", lambda: -third())
-def third(name="dmu50v"):
-    """Only one position is within the travel of B, and on a 45° table every plane needs a K of its own."""
-    feature = Plane("G68.2", [60, 30, 0]).frame
-    within = [each for each in align(feature, load(name).machine).solutions if not each.reason]
-    left = within[0].spindle.T @ feature.rotation
+@slip("A and C", tilt=Rx, angle=np.arccos)
+@slip("B and C", tilt=Ry, angle=np.arccos)
+def third(
+    tilt=lambda b: Rx(np.radians(45)) @ Ry(-b) @ Rx(np.radians(-45)),  # the tool about -B, as the part sees it
+    angle=lambda z: np.arccos(2 * z - 1),  # the third row of tilt(b): z = (1 + cos b) / 2
+):
+    """B tilts by what z says; then C turns the tool to the side to which z leans. What is left is rho."""
+    F = zxz(*np.radians([60, 30, 0]))
+    tilted = tilt(angle(F[2, 2]))  # B from 0 to 180: the position that is within travel
+    c = np.arctan2(F[1, 2], F[0, 2]) - np.arctan2(tilted[1, 2], tilted[0, 2])
+    left = (Rz(c) @ tilted).T @ F
     rho = np.degrees(np.arctan2(left[1, 0], left[0, 0]))
     return 0 - rho  # K was 0
 
@@ -318,15 +324,26 @@ def write_angles():
 
 
 @define("04-links", Names)
-def links():
+def links(extra=20):
     """The two changes cancel at the tip. On `ac_head`, where X Y Z name the pivot, the tool link alone changes."""
-    machine = load("ac_table").machine
-    longer = machine.with_setup(tool_length=machine.tool_length + 20)
-    changed = []
-    for before, after in zip(chain.links(machine), chain.links(longer), strict=True):
-        if before.matrix != after.matrix:
-            changed.append(before.name)
-    return changed
+
+    def lift(height):
+        T = np.eye(4)
+        T[2, 3] = height
+        return T
+
+    def chain_with(length):  # at X0 Y0 Z0 A40 C25
+        turned_c = link(Rz(np.radians(25)), np.zeros(3))
+        turned_a = link(Rx(np.radians(40)), np.array([0, 0, -50]))
+        # X Y Z name the tip, so the nose is `length` above it, and the tool leads back down
+        named = {"workpiece": lift(0), "C": turned_c, "A": turned_a, "linear": lift(length), "tool": lift(-length)}
+        return named
+
+    link = write_link()
+    before = chain_with(120)
+    after = chain_with(120 + extra)
+    assert np.allclose(before["linear"] @ before["tool"], after["linear"] @ after["tool"])
+    return [name for name in before if not np.allclose(before[name], after[name])]
 
 
 @define(
