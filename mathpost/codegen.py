@@ -105,9 +105,13 @@ def _printed(kin, language, jacobian=True):
     """All functions of a machine in one language, the inverse made of them by hand."""
     functions = "\n\n".join(function(name, *pair, language) for name, pair in _functions(kin, jacobian).items())
     templates = {"js": (_JS_INVERSE, _JS_INVERSE_OF_ONE), "c": (_C_INVERSE, _C_INVERSE_OF_ONE)}
-    inverse = templates[language][kin.inner is None]
+    inverse = templates[language][kin.tool_side is None]
     inverse = inverse.format(
-        outer=kin.outer, inner=kin.inner, tolerance=REACH_TOLERANCE, printed=PRINTED, pole=AT_POLE
+        workpiece_side=kin.workpiece_side,
+        tool_side=kin.tool_side,
+        tolerance=REACH_TOLERANCE,
+        printed=PRINTED,
+        pole=AT_POLE,
     )
     return f"{functions}\n{inverse}"
 
@@ -123,16 +127,16 @@ def _functions(kin, jacobian=True):
         "forward": (pose, kin.symbols),
         **({"jacobian": (slopes, kin.symbols)} if jacobian else {}),
         "close_loop": (derived.linear, (*derived.tip, *kin.symbols[3:])),
-        **(_two_branches(derived) if derived.solutions else {"outer_turn": (derived.turn, derived.axis)}),
+        **(_two_branches(derived) if derived.solutions else {"workpiece_side_turn": (derived.turn, derived.axis)}),
     }
 
 
 def _two_branches(derived):
-    """What the inverse of two rotary joints takes, the inner one first."""
+    """What the inverse of two rotary joints takes, the tool-side one first."""
     return {
         "reach": ((derived.below, derived.above), derived.axis),
-        "inner_angles": (derived.solutions, (BELOW, ABOVE)),
-        "outer_turn": (derived.turn, (*derived.axis, derived.inner)),
+        "tool_side_angles": (derived.solutions, (BELOW, ABOVE)),
+        "workpiece_side_turn": (derived.turn, (*derived.axis, derived.tool_side)),
     }
 
 
@@ -144,9 +148,13 @@ def _title(kin):
 def _header(kin):
     joints, derived = ", ".join(kin.machine.joint_names), kin.inverse_symbolic
     bodies = ", ".join(name for name, _ in chain.bodies(kin.machine))
-    one, count = derived.inner is None, len(kin.symbols)
+    one, count = derived.tool_side is None, len(kin.symbols)
     solved = "the joints, angle" if one else "the joints of both branches, angles"
-    angles = f"Angle {derived.outer}" if one else f"Inner angle {derived.inner}, outer angle {derived.outer}"
+    angles = (
+        f"Angle {derived.workpiece_side}"
+        if one
+        else f"Tool-side angle {derived.tool_side}, workpiece-side angle {derived.workpiece_side}"
+    )
     return (
         f" * q: the joints {joints}; mm and radians. A pose: tool tip x, y, z (mm) and tool axis i, j, k, a unit",
         " * vector from the tip towards the spindle, both in the workpiece.",
@@ -166,10 +174,10 @@ const close = (tip, rotary) => close_loop([...tip, ...rotary]);
 function inverse(tip, axis) {{
     const n = axis.map((x) => x / Math.hypot(...axis)), [below, above] = reach(n);
     if (!(below >= -{tolerance} && above >= -{tolerance})) return null;
-    return inner_angles([Math.max(below, 0), Math.max(above, 0)]).map((angle) => {{
-        const q = [0, 0, 0, 0, 0], [rise, run] = outer_turn([...n, angle]);
-        q[{inner}] = angle > Math.PI ? angle - 2 * Math.PI : angle <= -Math.PI ? angle + 2 * Math.PI : angle;
-        q[{outer}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
+    return tool_side_angles([Math.max(below, 0), Math.max(above, 0)]).map((angle) => {{
+        const q = [0, 0, 0, 0, 0], [rise, run] = workpiece_side_turn([...n, angle]);
+        q[{tool_side}] = angle > Math.PI ? angle - 2 * Math.PI : angle <= -Math.PI ? angle + 2 * Math.PI : angle;
+        q[{workpiece_side}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
         [q[0], q[1], q[2]] = close(tip, q.slice(3));
         return q;
     }});
@@ -183,13 +191,13 @@ int inverse(const double tip[3], const double axis[3], double q[2][5]) {{
     if (!(r[0] >= -{tolerance} && r[1] >= -{tolerance})) return 0;
     r[0] = fmax(r[0], 0);
     r[1] = fmax(r[1], 0);
-    inner_angles(r, angle);
+    tool_side_angles(r, angle);
     for (int branch = 0; branch < 2; branch++) {{
         double *const joints = q[branch];
         turn[3] = angle[branch];
-        outer_turn(turn, s);
-        joints[{inner}] = turn[3] > pi ? turn[3] - 2*pi : turn[3] <= -pi ? turn[3] + 2*pi : turn[3];
-        joints[{outer}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
+        workpiece_side_turn(turn, s);
+        joints[{tool_side}] = turn[3] > pi ? turn[3] - 2*pi : turn[3] <= -pi ? turn[3] + 2*pi : turn[3];
+        joints[{workpiece_side}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
         const double closing[5] = {{tip[0], tip[1], tip[2], joints[3], joints[4]}};
         close_loop(closing, joints);
     }}
@@ -200,8 +208,8 @@ _JS_INVERSE_OF_ONE = """
 const close = (tip, rotary) => close_loop([...tip, ...rotary]);
 
 function inverse(tip, axis) {{
-    const n = axis.map((x) => x / Math.hypot(...axis)), [rise, run] = outer_turn(n), q = [0, 0, 0, 0];
-    q[{outer}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
+    const n = axis.map((x) => x / Math.hypot(...axis)), [rise, run] = workpiece_side_turn(n), q = [0, 0, 0, 0];
+    q[{workpiece_side}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
     [q[0], q[1], q[2]] = close(tip, q.slice(3));
     const made = forward(q);
     return Math.hypot(made[3] - n[0], made[4] - n[1], made[5] - n[2]) <= {printed} ? [q] : null;
@@ -212,8 +220,8 @@ int inverse(const double tip[3], const double axis[3], double q[1][4]) {{
     const double length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
     const double turn[3] = {{axis[0]/length, axis[1]/length, axis[2]/length}};
     double s[2], made[6];
-    outer_turn(turn, s);
-    q[0][{outer}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
+    workpiece_side_turn(turn, s);
+    q[0][{workpiece_side}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
     const double closing[4] = {{tip[0], tip[1], tip[2], q[0][3]}};
     close_loop(closing, q[0]);
     forward(q[0], made);
@@ -229,21 +237,22 @@ def _latex(kin):
     header = [line.strip(" *") for line in _header(kin)]
     pose = ["x", "y", "z", "i", "j", "k"]
     slopes = [rf"\partial {p}/\partial {q}" for p in pose for q in kin.machine.joint_names]
-    inner = [(f"{derived.inner}_{{{n}}}", angle) for n, angle in enumerate(derived.solutions, 1)]
-    inverse = [("r_{-}", derived.below), ("r_{+}", derived.above), *inner] if inner else []
-    inverse += _shared([str(derived.outer)], [sp.atan2(*derived.turn, evaluate=False)], "s")
+    tool_side = [(f"{derived.tool_side}_{{{n}}}", angle) for n, angle in enumerate(derived.solutions, 1)]
+    inverse = [("r_{-}", derived.below), ("r_{+}", derived.above), *tool_side] if tool_side else []
+    inverse += _shared([str(derived.workpiece_side)], [sp.atan2(*derived.turn, evaluate=False)], "s")
     inverse += _shared("XYZ", derived.linear)
+    first = f"{derived.tool_side} on both branches, then " if tool_side else ""
     sections = {
         "The links, from the workpiece to the tool": [(rf"\text{{{x.name}}}", x.matrix) for x in kin.links()],
         "Forward: tip and tool axis": _shared(pose, functions["forward"][0]),
         "Jacobian of the pose": _shared(slopes, functions["jacobian"][0]),
-        f"Inverse: {f'{derived.inner} on both branches, then ' * bool(inner)}{derived.outer}, then X Y Z": inverse,
+        f"Inverse: {first}{derived.workpiece_side}, then X Y Z": inverse,
     }
     name = _title(kin).encode("ascii", "ignore").decode()
     lines = [f"% {name}. Printed by mathpost from its symbolic derivation.", _LATEX]
     beyond = (
         "Out of reach where an $r$ is negative."
-        if inner
+        if tool_side
         else "Out of reach if the forward pose has another tool axis."
     )
     lines += [rf"\section*{{{name}}}", *header[:2], header[-2], beyond]

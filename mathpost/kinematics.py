@@ -1,12 +1,12 @@
 """Forward and inverse kinematics: the chain of a machine solved in sympy and compiled.
 
-Between the workpiece and the tool stand two rotary joints: the *outer* one, next to the workpiece, and the *inner*
-one, next to the tool. Only the inner one changes the angle between the tool axis and the outer axis, so it is
-solved first, from one equation A·cos θ + B·sin θ = D; the outer one then turns the tool axis into place, and
-X Y Z close the loop. `derive` does this step by step, `Kinematics` compiles what it finds.
+Between the workpiece and the tool stand two rotary joints: the *workpiece-side* one, next to the workpiece, and the
+*tool-side* one, next to the tool. Only the latter changes the angle between the tool axis and the workpiece-side
+axis, so it is solved first, from one equation A·cos θ + B·sin θ = D; the workpiece-side one then turns the tool
+axis into place, and X Y Z close the loop. `derive` does this step by step, `Kinematics` compiles what it finds.
 
-A machine with one rotary axis is the same chain with the outer joint alone: the tool axis keeps its angle to it,
-and the first step has nothing to solve.
+A machine with one rotary axis is the same chain with the workpiece-side joint alone: the tool axis keeps its angle
+to it, and the first step has nothing to solve.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from mathpost.rotation import about, unit, wrap
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
 PRINTED = 2e-6  # radians, by which six printed decimals take a tool axis off the only ones that one joint makes
-AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any outer angle is right
+AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any workpiece-side angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
 
@@ -31,21 +31,25 @@ class Inverse:
     """The derivation of the inverse in sympy, for display; `Kinematics.inverse` compiles these expressions.
 
     All tuples are of sympy expressions or symbols. With r = √(A² + B²) the equation has solutions where neither
-    r − D nor r + D is negative; both are written with the chords from the tool axis to the two ends of the outer
-    axis, which lose no digits at the pole.
+    r − D nor r + D is negative; both are written with the chords from the tool axis to the two ends of the
+    workpiece-side axis, which lose no digits at the pole.
     """
 
     tip: tuple  # x y z of the tool tip in the workpiece, mm
     axis: tuple  # i j k of the tool axis there, a unit vector
-    outer: sp.Symbol  # the rotary joint next to the workpiece
-    inner: sp.Symbol | None  # and next to the tool; None if there is one rotary joint
-    equation: sp.Eq  # A·cos(inner) + B·sin(inner) = D, the component of the tool axis along the outer axis
+    workpiece_side: sp.Symbol  # the rotary joint next to the workpiece
+    tool_side: sp.Symbol | None  # and next to the tool; None if there is one rotary joint
+    equation: (
+        sp.Eq
+    )  # A·cos(tool_side) + B·sin(tool_side) = D, the component of the tool axis along the workpiece-side axis
     below: sp.Expr  # r − D
     above: sp.Expr  # r + D
-    solutions: tuple  # the inner angle on the first and the second branch, in `below` and `above` as symbols, or ()
-    turn: tuple  # the outer angle is atan2 of these two, given the inner one
+    solutions: (
+        tuple  # the tool-side angle on the first and the second branch, in `below` and `above` as symbols, or ()
+    )
+    turn: tuple  # the workpiece-side angle is atan2 of these two, given the tool-side one
     linear: tuple  # programmed X Y Z, given the tip and both rotary angles
-    pole: tuple  # the end of the outer axis, in the workpiece, nearest to the tool where the two solutions meet
+    pole: tuple  # the end of the workpiece-side axis, there, nearest to the tool where both solutions meet
     reach: tuple  # smallest and greatest angle between the tool axis and the pole
 
 
@@ -53,20 +57,20 @@ class Inverse:
 def derive(machine):
     """Derive the inverse of a machine as an `Inverse`."""
     data = chain.Geometry.numbers(machine)
-    (outer, outer_angle, outer_sign), *inner = chain.between(machine)
+    (workpiece_side, workpiece_side_angle, workpiece_side_sign), *tool_side = chain.between(machine)
     tip, axis = sp.symbols("x y z", real=True), sp.symbols("i j k", real=True)
-    u, n = data.axis[outer.name], sp.Matrix(axis)
+    u, n = data.axis[workpiece_side.name], sp.Matrix(axis)
 
-    # 1. The inner angle. The chain says n = Rot(u, ±outer)·w with w = Rot(v, ±inner)·t. A rotation about u keeps
-    # the component along u, hence u·n = u·w, which is linear in the cosine and the sine of the inner angle.
-    w, inner_angle = data.tool_axis, None
-    for joint, inner_angle, sign in inner:
-        w = about(data.axis[joint.name], sign * inner_angle) * w
+    # 1. The tool-side angle. The chain says n = Rot(u, ±workpiece_side)·w with w = Rot(v, ±tool_side)·t. A rotation
+    # about u keeps the component along u, hence u·n = u·w, which is linear in the cosine and sine of the tool side.
+    w, tool_side_angle = data.tool_axis, None
+    for joint, tool_side_angle, sign in tool_side:
+        w = about(data.axis[joint.name], sign * tool_side_angle) * w
     along = sp.expand_mul(u.dot(w))
-    cosine, sine = (sp.cos(inner_angle), sp.sin(inner_angle)) if inner else (sp.S.Zero, sp.S.Zero)
-    a, b = (along.coeff(cosine), along.coeff(sine)) if inner else (sp.S.Zero, sp.S.Zero)
-    if (a, b) < (0, 0):  # look along the other end of the outer axis, so that θ = atan2(B, A) is near zero
-        u, outer_sign, along, a, b = -u, -outer_sign, -along, -a, -b
+    cosine, sine = (sp.cos(tool_side_angle), sp.sin(tool_side_angle)) if tool_side else (sp.S.Zero, sp.S.Zero)
+    a, b = (along.coeff(cosine), along.coeff(sine)) if tool_side else (sp.S.Zero, sp.S.Zero)
+    if (a, b) < (0, 0):  # look along the other end of the workpiece-side axis, so that θ = atan2(B, A) is near zero
+        u, workpiece_side_sign, along, a, b = -u, -workpiece_side_sign, -along, -a, -b
     constant = along.subs({cosine: 0, sine: 0})
     r = sp.sqrt(sp.expand(a**2 + b**2))
 
@@ -76,20 +80,20 @@ def derive(machine):
     chord_below, chord_above = _root(2 * (1 - constant - r)), _root(2 * (1 + constant - r))
     middle, half = sp.atan2(b, a), 2 * sp.atan2(sp.sqrt(BELOW), sp.sqrt(ABOVE))
 
-    # 2. The outer angle. Seen along u, its turn must bring w to n.
+    # 2. The workpiece-side angle. Seen along u, its turn must bring w to n.
     e1, e2 = _perpendicular(u)
     w1, w2, n1, n2 = e1.dot(w), e2.dot(w), e1.dot(n), e2.dot(n)
 
     return Inverse(
         tip=tip,
         axis=axis,
-        outer=outer_angle,
-        inner=inner_angle,
+        workpiece_side=workpiece_side_angle,
+        tool_side=tool_side_angle,
         equation=sp.Eq(a * cosine + b * sine, u.dot(n) - constant, evaluate=False),
         below=_half_difference_of_squares(n - u, chord_below),
         above=_half_difference_of_squares(n + u, chord_above),
-        solutions=(middle + half, middle - half) if inner else (),
-        turn=(outer_sign * (w1 * n2 - w2 * n1), w1 * n1 + w2 * n2),
+        solutions=(middle + half, middle - half) if tool_side else (),
+        turn=(workpiece_side_sign * (w1 * n2 - w2 * n1), w1 * n1 + w2 * n2),
         linear=_close_the_loop(machine, data, tip),
         pole=tuple(u),
         reach=(2 * sp.asin(chord_below / 2), sp.pi - 2 * sp.asin(chord_above / 2)),
@@ -129,7 +133,7 @@ class Kinematics:
         self.symbols = chain.joint_symbols(machine)
         # Which joint is next to the workpiece, and which next to the tool, None if there is one rotary joint.
         places = [self.symbols.index(angle) for _, angle, _ in chain.between(machine)]
-        self.outer, self.inner = places if len(places) == 2 else (places[0], None)
+        self.workpiece_side, self.tool_side = places if len(places) == 2 else (places[0], None)
 
     def links(self, parameters=False):
         """Return the chain from the workpiece to the tool as `mathpost.chain.links` builds it."""
@@ -191,9 +195,9 @@ class Kinematics:
         -------
         ndarray, shape (..., 2, 5), or (..., 2, 4) with one rotary axis
             X, Y, Z in mm and the rotary angles in (−180°, 180°], in the order of the machine file. The first
-            branch has the inner angle at the middle of its range plus an angle, the second minus the same.
-            NaN where the tool axis is out of reach. At the pole, where every outer angle is right, it is 0. One
-            rotary axis makes a tool axis in one position: the second branch is NaN.
+            branch has the tool-side angle at the middle of its range plus an angle, the second minus the same.
+            NaN where the tool axis is out of reach. At the pole, where each workpiece-side angle is right, it is 0.
+            One rotary axis makes a tool axis in one position: the second branch is NaN.
         """
         tip, axis = as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis"))
         tip_and_axis = *np.moveaxis(tip, -1, 0), *np.moveaxis(axis, -1, 0)
@@ -202,13 +206,13 @@ class Kinematics:
         found = found.reshape(*found.shape[:-1], len(self.symbols) - 3, len(self.symbols) + 1)
         joints, squared = found[..., :-1], found[..., -1]
         if (at_pole := squared < AT_POLE).any():
-            joints[at_pole, self.outer] = 0
+            joints[at_pole, self.workpiece_side] = 0
             tips = np.broadcast_to(tip[..., None, :], (*at_pole.shape, 3))
             joints[at_pole] = self.close(tips[at_pole], joints[at_pole, 3:])
         rotary = joints[..., 3:]
         if (beyond := (rotary >= np.pi) | (rotary <= -np.pi)).any():
             rotary[beyond] = wrap(rotary[beyond], 2 * np.pi)
-        if self.inner is None:
+        if self.tool_side is None:
             missed = np.linalg.norm(self.forward(joints)[1] - axis[..., None, :], axis=-1) > PRINTED
             joints[missed] = np.nan
             joints = np.concatenate([joints, np.full_like(joints, np.nan)], axis=-2)
@@ -260,12 +264,12 @@ def _solved(derived, rotary):
         values, angles = {}, {}
         if solution is not None:
             named |= {cosine: sp.expand_trig(sp.cos(solution)), sine: sp.expand_trig(sp.sin(solution))}
-            values = {sp.cos(derived.inner): cosine, sp.sin(derived.inner): sine}
-            angles = {derived.inner: solution}
+            values = {sp.cos(derived.tool_side): cosine, sp.sin(derived.tool_side): sine}
+            angles = {derived.tool_side: solution}
         named |= dict(zip((rise, run), (term.xreplace(values) for term in derived.turn), strict=True))
         named[squared] = rise**2 + run**2
-        values |= {sp.cos(derived.outer): run / length, sp.sin(derived.outer): rise / length}
-        angles[derived.outer] = sp.atan2(rise, run)
+        values |= {sp.cos(derived.workpiece_side): run / length, sp.sin(derived.workpiece_side): rise / length}
+        angles[derived.workpiece_side] = sp.atan2(rise, run)
         linear = [coordinate.xreplace(values) for coordinate in derived.linear]
         entries += [*linear, *(angles[joint] for joint in rotary), squared]
     return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE), tuple(named.items()))

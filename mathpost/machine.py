@@ -203,7 +203,7 @@ def load(path):
 
     `InputError` is raised if there is no such machine, or the file cannot be read, is not TOML, lacks a key, has
     one too many, or holds a value that no such machine can have: no rotary axis or more than two, parallel axes, an
-    inner axis along the tool.
+    tool-side axis along the tool.
 
     Examples
     --------
@@ -301,10 +301,10 @@ def _check_arrangement(machine, where):
     if _parallel(first.axis, second.axis):
         raise InputError(f"{where}, rotary 2 ({second.name}), axis", "not parallel to the first", f"{second.axis}")
     # Seen from the tool, the first rotary axis must tilt the tool: turning it about itself moves nothing.
-    inner = first if second.carries == "workpiece" else second
-    if _parallel(inner.axis, machine.tool_axis):
-        expected = f"not parallel to the tool axis, or {inner.name} cannot tilt the tool"
-        raise InputError(f"{where}, rotary ({inner.name}), axis", expected, f"{inner.axis}")
+    tool_side = first if second.carries == "workpiece" else second
+    if _parallel(tool_side.axis, machine.tool_axis):
+        expected = f"not parallel to the tool axis, or {tool_side.name} cannot tilt the tool"
+        raise InputError(f"{where}, rotary ({tool_side.name}), axis", expected, f"{tool_side.axis}")
 
 
 def _parallel(first, second):

@@ -56,16 +56,16 @@ def with_slides(given, workpiece="", tool="XYZ"):
 
 
 def random_joints(kin, count, seed):
-    """Joints spread over all angles, a quarter of them within 1e-3 … 1e-17 rad of the singular inner angles."""
+    """Joints spread over all angles, a quarter of them within 1e-3 … 1e-17 rad of the singular tool-side angles."""
     rng = np.random.default_rng(seed)
     turns = rng.uniform(-np.pi, np.pi, (count, len(kin.symbols) - 3))
     joints = np.concatenate([rng.uniform(-500, 500, (count, 3)), turns], axis=1)
-    if kin.inner is None:
+    if kin.tool_side is None:
         return joints
-    inner = kin.symbols.index(kin.inverse_symbolic.inner)
+    tool_side = kin.symbols.index(kin.inverse_symbolic.tool_side)
     middle = float(sum(kin.inverse_symbolic.solutions) / 2)
     near = count // 4
     ends = middle + rng.choice([0, np.pi], near)
-    joints[:near, inner] = ends + rng.choice([-1, 1], near) * 10.0 ** rng.uniform(-17, -3, near)
-    joints[: near // 8, inner] = ends[: near // 8]
+    joints[:near, tool_side] = ends + rng.choice([-1, 1], near) * 10.0 ** rng.uniform(-17, -3, near)
+    joints[: near // 8, tool_side] = ends[: near // 8]
     return joints

@@ -74,7 +74,7 @@ CLOSE_ONLY = """async id => {
 }"""
 # How much of a lesson's first picture is seen before one scrolls, 0 to 1.
 FIRST = """async id => {
-    const seen = document.querySelector(`#${id} .jp-WindowedPanel-outer`).getBoundingClientRect();
+    const seen = document.querySelector(`#${id} .jp-WindowedPanel-workpiece_side`).getBoundingClientRect();
     const picture = document.querySelector(`#${id} .jp-OutputArea-output img`);
     await picture.decode();
     const { top, bottom } = (picture.closest('.mathpost-live') ?? picture).getBoundingClientRect();

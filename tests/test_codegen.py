@@ -97,14 +97,14 @@ def agree(kin, run, folder):
         assert (found is None) == np.isnan(branches).all()
         if found is None:
             continue
-        count = 1 if kin.inner is None else 2
+        count = 1 if kin.tool_side is None else 2
         found, branches = np.array(found).reshape(-1, len(kin.symbols))[:count], branches[:count]
         reached, direction = kin.forward(found)
         assert reached == pytest.approx(np.tile(pose[:3], (count, 1)), abs=MM)
         assert direction == pytest.approx(np.tile(unit(pose[3:]), (count, 1)), abs=DIRECTION)
         near = (
             count > 1 and np.sqrt(np.prod(kin.reach_terms(unit(pose[3:])))) < 1e-3
-        )  # the outer angle is any angle's neighbour
+        )  # the workpiece-side angle is any angle's neighbour
         if not near:
             apart = found[:, 3:] - branches[:, 3:]
             assert np.abs(np.angle(np.exp(1j * apart))).max() < DIRECTION
@@ -145,8 +145,20 @@ def test_latex_holds_every_formula(kin):
     written = re.findall(r"(?m)^\\fit\{([^=]+) = (.*)\}$", text)
     assert len(written) == text.count("\n\\fit")
     names = [name for name, _ in written]
-    inner, outer = (str(getattr(kin.inverse_symbolic, axis)) for axis in ("inner", "outer"))
-    wanted = {"x", "k", r"\partial k/\partial X", "r_{-}", f"{inner}_{{1}}", f"{inner}_{{2}}", outer, "X", "Z"}
+    tool_side, workpiece_side = (
+        str(getattr(kin.inverse_symbolic, axis)) for axis in ("tool_side", "workpiece_side")
+    )
+    wanted = {
+        "x",
+        "k",
+        r"\partial k/\partial X",
+        "r_{-}",
+        f"{tool_side}_{{1}}",
+        f"{tool_side}_{{2}}",
+        workpiece_side,
+        "X",
+        "Z",
+    }
     assert wanted < set(names)
     for name, formula in written:
         assert formula.count("{") == formula.count("}"), name

@@ -46,9 +46,9 @@ def test_arrays_of_any_shape_are_solved_as_their_poses_one_by_one(kin):
 def test_both_branches_differ_and_the_first_tilts_up(kin):
     joints = random_joints(kin, 200, seed=3)[50:]
     branches = kin.inverse(*kin.forward(joints))
-    inner = kin.symbols.index(kin.inverse_symbolic.inner)
+    tool_side = kin.symbols.index(kin.inverse_symbolic.tool_side)
     middle = float(sum(kin.inverse_symbolic.solutions) / 2)
-    tilt = (branches[..., inner] - middle + np.pi) % (2 * np.pi) - np.pi
+    tilt = (branches[..., tool_side] - middle + np.pi) % (2 * np.pi) - np.pi
     assert (tilt[:, 0] > 0).all() and np.allclose(tilt[:, 0], -tilt[:, 1])
 
 
@@ -95,10 +95,10 @@ def test_symbolic_and_compiled_forms_agree(kin):
         matrix = kin.forward_symbolic().subs(dict(zip(kin.symbols, row, strict=True))).evalf(30)
         np.testing.assert_allclose(np.array(matrix[:3, 3], float).ravel(), tip, atol=1e-11)
         np.testing.assert_allclose(np.array(matrix[:3, 2], float).ravel(), axis, atol=1e-14)
-        # cos(inner) and sin(inner) satisfy the equation that the notebook shows.
+        # cos(tool_side) and sin(tool_side) satisfy the equation that the notebook shows.
         given_axis = dict(zip(derived.axis, axis, strict=True))
         for branch in kin.inverse(tip, axis):
-            values = given_axis | {derived.inner: branch[kin.symbols.index(derived.inner)]}
+            values = given_axis | {derived.tool_side: branch[kin.symbols.index(derived.tool_side)]}
             assert float((derived.equation.lhs - derived.equation.rhs).subs(values)) == pytest.approx(0, abs=1e-14)
 
 
@@ -121,7 +121,7 @@ def test_parameters_put_numbers_in_the_place_of_symbols(kin):
 def test_below_and_above_are_r_minus_d_and_r_plus_d(kin):
     """The half-angle form is the classical one: r ∓ D, with i² + j² + k² = 1."""
     derived = kin.inverse_symbolic
-    cosine, sine = (derived.equation.lhs.coeff(f(derived.inner)) for f in (sp.cos, sp.sin))
+    cosine, sine = (derived.equation.lhs.coeff(f(derived.tool_side)) for f in (sp.cos, sp.sin))
     r, d = sp.sqrt(cosine**2 + sine**2), derived.equation.rhs
     for axis in ((0.36, 0.48, 0.8), (-0.6, 0, -0.8), (0, 1, 0)):
         values = dict(zip(derived.axis, map(sp.Float, axis), strict=True))
@@ -176,12 +176,12 @@ def test_a_joint_moves_the_bodies_that_it_carries_and_no_other(kin, on_the_table
     np.testing.assert_allclose(zero[half - 1, :3, 3], made.origin, atol=1e-12)
 
 
-def test_pole_gives_the_outer_angle_zero(kin):
+def test_pole_gives_the_workpiece_side_angle_zero(kin):
     pole = np.array(kin.inverse_symbolic.pole, float)
     if kin.reach[0] > 0:
         pytest.skip("does not apply: the pole is out of reach")
     joints = kin.inverse([1, 2, 3], pole)
-    assert (joints[:, kin.symbols.index(kin.inverse_symbolic.outer)] == 0).all()
+    assert (joints[:, kin.symbols.index(kin.inverse_symbolic.workpiece_side)] == 0).all()
     np.testing.assert_allclose(kin.forward(joints)[1], [pole, pole], atol=1e-15)
 
 
@@ -195,7 +195,7 @@ def test_out_of_reach_is_nan(dmu50v):
 
 
 def test_reach_is_what_forward_attains():
-    """A tool at 16.26° from an axis at 36.87° from the outer one, whose other end is the pole."""
+    """A tool at 16.26° from an axis at 36.87° from the workpiece-side one, whose other end is the pole."""
     kin = Kinematics(machine.from_dict(content((0, 0, 1), (3, 0, 4), SIDES[2], tool=(4, 0, 3))))
     joints = np.zeros((721, 5))
     joints[:, 4] = np.linspace(-np.pi, np.pi, 721)

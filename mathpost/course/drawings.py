@@ -11,7 +11,7 @@ from mathpost.draw import plot
 MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 AXIS = plot.COLOUR["first branch"]  # of a turn
 NODES = plot.COLOUR["second branch"]  # the line of nodes
-ARCS = (plot.COLOUR["inner"], plot.COLOUR["second branch"], plot.COLOUR["outer"])  # of I, J and K
+ARCS = (plot.COLOUR["tool side"], plot.COLOUR["second branch"], plot.COLOUR["workpiece side"])  # of I, J and K
 BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 HEAD = np.array([[0, 0], [-1, 0.35], [-1, -0.35]])  # of an arrow that points along x
 

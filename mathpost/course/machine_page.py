@@ -50,21 +50,21 @@ def reach(kin):
     """Return sentences that say which tool axes the machine reaches."""
     derived, (near, far) = kin.inverse_symbolic, np.degrees(kin.reach)
     direction = " ".join(f"{float(x):z.3f}" for x in derived.pole)
-    if kin.inner is None:
+    if kin.tool_side is None:
         return [
-            f"The tool axis always stands at {near:.1f}° to the axis of {derived.outer}, ({direction}) in the "
-            "workpiece. Any other tool axis is out of reach."
+            f"The tool axis always stands at {near:.1f}° to the axis of {derived.workpiece_side}, ({direction}) in "
+            "the workpiece. Any other tool axis is out of reach."
         ]
-    joint = kin.symbols.index(derived.inner)
+    joint = kin.symbols.index(derived.tool_side)
     joints = np.zeros((721, 5))
     joints[:, joint] = np.linspace(*np.clip(kin.machine.limits[joint], -np.pi, np.pi), 721)
     angles = np.degrees(from_pole(kin, kin.forward(joints)[1], (0, np.inf)))
-    name, inner = str(derived.outer), derived.inner
+    name, tool_side = str(derived.workpiece_side), derived.tool_side
     carried = next(axis.carries for axis in kin.machine.rotary if axis.name == name)
     turns = "the workpiece about the tool" if carried == "workpiece" else "the tool about its own axis"
     said = [
         f"The pole is ({direction}) in the workpiece. Close to it {name} turns far for a small lean of the tool.",
-        f"The tool axis can be {near:.1f}° to {far:.1f}° from the pole; within the travel of {inner}, "
+        f"The tool axis can be {near:.1f}° to {far:.1f}° from the pole; within the travel of {tool_side}, "
         f"{angles.min():.1f}° to {angles.max():.1f}°.",
     ]
     if near < 0.05:

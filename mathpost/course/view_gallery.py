@@ -49,7 +49,7 @@ def ring(kinematics, *, radius, height, lean):
     def start(kin):
         """The angles next to the workpiece and next to the tool at the first place, radians."""
         joints = kin.inverse([radius, 0, height], [sine, 0, cosine])[0].round(12)
-        return float(joints[kin.outer]), float(joints[kin.inner])
+        return float(joints[kin.workpiece_side]), float(joints[kin.tool_side])
 
     def turns(kin):
         """The first grows with the place, the second is constant."""
@@ -77,15 +77,15 @@ def _side_by_side(kinematics, turns, start, tip=None):
     for number, (kin, beginning) in enumerate(zip(kinematics, starts, strict=True)):
         model, derived = kin.machine, kin.inverse_symbolic
         picture, made = scene.machine(
-            kin, title=f"{number + 1} · {model.arrangement}: {derived.outer} → {derived.inner}"
+            kin, title=f"{number + 1} · {model.arrangement}: {derived.workpiece_side} → {derived.tool_side}"
         )
         at = kin.forward(made.home)[0] if tip is None else tip
-        turned = dict(zip((derived.outer, derived.inner), turns(kin), strict=True))
+        turned = dict(zip((derived.workpiece_side, derived.tool_side), turns(kin), strict=True))
         at_tip = dict(zip(derived.tip, at, strict=True))
         slides = [coordinate.subs(at_tip).subs(turned) for coordinate in derived.linear]
         joints = dict(zip(kin.symbols, slides, strict=False)) | turned
         places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
-        angles = beginning if kin.outer < kin.inner else beginning[::-1]
+        angles = beginning if kin.workpiece_side < kin.tool_side else beginning[::-1]
         first = np.array([float(each) for each in kin.forward(made.home)[0]])
         begin = kin.close(first, np.radians(angles))
         stand, still = placing(model)(begin), ("bed", *model.joint_names[:3])

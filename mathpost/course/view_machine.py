@@ -45,10 +45,10 @@ def tool_axis(kin):
     both = kin.inverse(tip, axis)
     named = zip(BRANCHES, map(placing(kin.machine), both), strict=True)
     pair = [replace(framed, title=name, colour=plot.COLOUR[name], places=at) for name, at in named]
-    joint, limits = about["names"][about["inner"]], {}
-    for limit in about["limits"][about["inner"]]:
+    joint, limits = about["names"][about["tool_side"]], {}
+    for limit in about["limits"][about["tool_side"]]:
         if limit is not None:
-            leaning = kin.forward(np.radians(limit) * np.eye(5)[about["inner"]])[1]
+            leaning = kin.forward(np.radians(limit) * np.eye(5)[about["tool_side"]])[1]
             lean = round(float(np.degrees(from_pole(kin, leaning, (0, np.inf)))), 9)
             limits.setdefault(lean, []).append(f"{limit:.0f}°")  # the same tilt on both branches is one place
     places = [["pole", [near, None]], ["beside the pole", [near + 0.5, None]]]
@@ -99,8 +99,11 @@ def _about(kin):
     derived, limits = kin.inverse_symbolic, (kin.machine.limits * kin.machine.units[:, None]).round(9).tolist()
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
     about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
-    inner = {"inner": kin.inner, "middle": float(sum(derived.solutions) / 2)}  # None with one rotary axis
-    return about | inner | {"pole": [float(x) for x in derived.pole], "reach": list(kin.reach)}
+    tool_side = {
+        "tool_side": kin.tool_side,
+        "middle": float(sum(derived.solutions) / 2),
+    }  # None with one rotary axis
+    return about | tool_side | {"pole": [float(x) for x in derived.pole], "reach": list(kin.reach)}
 
 
 def _joint_sliders(kin, made, start):
@@ -168,4 +171,4 @@ def pose_text(kin, joints):
     """A pose as a view reports it: NC words, tip, tool axis, distance from singular."""
     tip, axis = kin.forward(joints)
     said = f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}"
-    return said if kin.inner is None else f"{said}, {np.degrees(distance(kin, axis)):.2f}° from singular"
+    return said if kin.tool_side is None else f"{said}, {np.degrees(distance(kin, axis)):.2f}° from singular"

@@ -22,13 +22,17 @@ AXIS = sp.Matrix([sp.sin(TILT), sp.cos(TILT) * sp.sin(DISTANCE), sp.cos(TILT) * 
 LONGITUDE = sp.atan2(AXIS[1], AXIS[0])
 
 
-def inner_and_outer(kin):
-    """One tool axis seen from the side and along the outer axis, which is Z: sliders outer and inner angle.
+def both_angles(kin):
+    """One tool axis seen from the side and along the axis next to the workpiece, which is Z; a slider for each.
 
-    The side view shows what the inner angle alone decides, the other what the outer angle does.
+    The side view shows what the tool-side angle alone decides, the other what the workpiece-side angle does.
     """
-    inner, outer, n = kin.inverse_symbolic.inner, kin.inverse_symbolic.outer, kin.forward_symbolic()[:3, 2]
-    w = n.subs(outer, 0)
+    tool_side, workpiece_side, n = (
+        kin.inverse_symbolic.tool_side,
+        kin.inverse_symbolic.workpiece_side,
+        kin.forward_symbolic()[:3, 2],
+    )
+    w = n.subs(workpiece_side, 0)
     products = (w[0] * n[1] - w[1] * n[0], w[0] * n[0] + w[1] * n[1])
 
     figure, (side, top) = subplots(1, 2, size=(8.0, 4.4))
@@ -36,37 +40,39 @@ def inner_and_outer(kin):
     side.plot(np.cos(turn), np.sin(turn), color=plot.COLOUR["machine"], linewidth=0.8)
     side.plot([0, 0], [-1.2, 1.2], color=plot.COLOUR["machine"])
     square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
-    side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
-    top.set(xlabel="along the outer axis: i", ylabel="j", **square)
+    side.set(
+        xlabel="from the side: across the workpiece-side axis", ylabel="k, along the workpiece-side axis", **square
+    )
+    top.set(xlabel="along the workpiece-side axis: i", ylabel="j", **square)
     moving, ends = Moving(), [(-w[1], w[2]), (w[1], w[2])]
     moving.line(side, "published", ends, ":")
-    moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{inner}", linewidth=2.5)
-    moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{inner}", linewidth=2.5)
-    moving.line(top, "published", [tuple(n.subs(outer, angle)[:2]) for angle in turn], ":", label="same k")
-    arc = [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)]
-    moving.line(top, "workpiece", arc, label=f"{outer}")
-    moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {outer} = 0", linewidth=2.5)
+    moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{tool_side}", linewidth=2.5)
+    moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{tool_side}", linewidth=2.5)
+    moving.line(top, "published", [tuple(n.subs(workpiece_side, angle)[:2]) for angle in turn], ":", label="same k")
+    arc = [tuple(n.subs(workpiece_side, workpiece_side * m / 18)[:2, 0] / 2) for m in range(19)]
+    moving.line(top, "workpiece", arc, label=f"{workpiece_side}")
+    moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {workpiece_side} = 0", linewidth=2.5)
     moving.line(top, "tool", [(0, 0), tuple(n[:2])], label="n, the tool axis", linewidth=2.5)
     figure.legend(loc="outside lower center", ncols=6, fontsize=8)
     said = "sine product {:4}, cosine product {:4}, atan2 of the two {:2}°"
     text = [("i = {:4}, j = {:4}, k = {:4}", *n), (said, *products, sp.deg(sp.atan2(*products)))]
-    sliders = [slider(f"{outer}", -180, 180, 125), slider(f"{inner}", -90, 90, 50)]
-    return printed(figure, moving, (outer, inner), sliders, text, height=530)
+    sliders = [slider(f"{workpiece_side}", -180, 180, 125), slider(f"{tool_side}", -90, 90, 50)]
+    return printed(figure, moving, (workpiece_side, tool_side), sliders, text, height=530)
 
 
 def past_the_pole(kin):
     """A tool that tilts in a plane at a distance from the pole: both branches of both rotary axes."""
-    tilts = np.sort(np.r_[20 * np.linspace(-1, 1, 41) ** 3, -0.5, 0.5])  # dense where the outer axis turns
+    tilts = np.sort(np.r_[20 * np.linspace(-1, 1, 41) ** 3, -0.5, 0.5])  # dense where the workpiece-side axis turns
     pole, names = np.array(kin.inverse_symbolic.pole, dtype=float), kin.machine.joint_names[3:]
     side = np.eye(3)[np.abs(pole).argmin()]
     across = np.cross(pole, side)
-    inner = names.index(str(kin.inverse_symbolic.inner))
+    tool_side = names.index(str(kin.inverse_symbolic.tool_side))
 
     (figure, panels), lines = subplots(2, 1, size=(7.0, 4.6), sharex=True), {}
     for axis, panel in enumerate(panels):
         for branch, role in enumerate(("first branch", "second branch")):
             (lines[axis, branch],) = panel.plot(tilts, tilts, plot.STYLE[role], color=plot.COLOUR[role], label=role)
-        panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-60, 60) if axis == inner else (-280, 280))
+        panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-60, 60) if axis == tool_side else (-280, 280))
     panels[0].legend(loc="upper center", ncols=2)
     panels[1].set_xlabel("tilt of the tool in its plane, degrees")
 
@@ -77,9 +83,9 @@ def past_the_pole(kin):
         angles -= 360 * np.rint(angles[len(tilts) // 2] / 360 - 1e-9)  # at ±180 always the same
         for (axis, branch), line in lines.items():
             line.set_ydata(angles[:, branch, axis])
-        turned = np.abs(np.diff(angles[:, 0, 1 - inner]))
+        turned = np.abs(np.diff(angles[:, 0, 1 - tool_side]))
         middle = turned[(tilts[:-1] >= -0.5) & (tilts[1:] <= 0.5)].sum()
-        far = f"{distance:.1f}° from the pole: {names[1 - inner]} turns by {turned.sum():.1f}°"
+        far = f"{distance:.1f}° from the pole: {names[1 - tool_side]} turns by {turned.sum():.1f}°"
         return [f"{far}, by {middle:.1f}° of it while the tool tilts by 1°"]
 
     return recorded(figure, update, slider("distance", 0.1, 6.0, 3.0, step=0.1), height=520)
@@ -206,7 +212,7 @@ def clamped(rows):
 
 def smoothed(kin, cl, joints, region, *, most=60):
     """Figure 5 of source 002 with n points, slider n, and the errors of tip and tool axis between the blocks."""
-    name = kin.machine.joint_names[outer := kin.symbols.index(kin.inverse_symbolic.outer)]
+    name = kin.machine.joint_names[workpiece_side := kin.symbols.index(kin.inverse_symbolic.workpiece_side)]
     counts = np.arange(1, most + 1)
     ways = [yu_dan.smooth(kin, cl, joints, region, n) for n in counts]
     tip, axis = np.empty((2, most))
@@ -215,7 +221,7 @@ def smoothed(kin, cl, joints, region, *, most=60):
 
     figure, (left, right) = subplots(1, 2, size=(8.5, 3.9))
     fine = yu_dan.smooth(kin, cl, joints, region, 200)
-    plot.along(left, fine[0] + 1, np.degrees(fine[1][:, outer]), "cubic", "clamped cubic")
+    plot.along(left, fine[0] + 1, np.degrees(fine[1][:, workpiece_side]), "cubic", "clamped cubic")
     (points,) = left.plot([], [], "o", color=plot.COLOUR["tool"], label="blocks")
     left.set(xlabel="virtual time, records", ylabel=f"{name}, degrees")
     left.legend(loc="upper right")
@@ -228,7 +234,7 @@ def smoothed(kin, cl, joints, region, *, most=60):
     def update(n):
         n = round(n)
         place, rows = ways[n - 1]
-        points.set_data(place + 1, np.degrees(rows[:, outer]))
+        points.set_data(place + 1, np.degrees(rows[:, workpiece_side]))
         dot.set_data([n], [tip[n - 1]])
         off = f"the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
         return [f"n = {n}: {off}"]
@@ -265,9 +271,9 @@ def virtual_time(kin, cl, joints, region, *, n=160):
 
 
 def moved_aside(crossing, *, most=6.0):
-    """The tool axis moved aside by a slider's degrees: a map about the pole, and the outer axis over time."""
+    """The tool axis moved aside by a slider's degrees: a map about the pole, and the swinging axis over time."""
     direct, kin = crossing.way("direct"), crossing.kin
-    name = kin.machine.joint_names[crossing.kin.outer]
+    name = kin.machine.joint_names[crossing.kin.workpiece_side]
 
     figure, (chart, over_time) = subplots(1, 2, size=(8.5, 4.2))
     plot.pole_map(chart, kin, crossing.cl.axes, role="workpiece", label="records")
@@ -276,7 +282,7 @@ def moved_aside(crossing, *, most=6.0):
     chart.set(xlim=(-18, 10), ylim=(-14, 14))
     chart.legend(loc="upper left")
     seconds = np.linspace(0, direct.time, 80)
-    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.kin.outer]), "direct")
+    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.kin.workpiece_side]), "direct")
     (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
     over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
 
@@ -287,7 +293,7 @@ def moved_aside(crossing, *, most=6.0):
         _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
         moved.set_data(*plot.on_pole_map(kin, axes))
         seconds = np.linspace(0, way.time, 80)
-        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.kin.outer]))
+        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.kin.workpiece_side]))
         peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
         return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
 

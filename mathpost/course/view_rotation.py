@@ -18,7 +18,7 @@ from mathpost.sources.recipes import zxz_right, zxz_steps
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of rotation; line of nodes
 _PART = "#8fc0dd"
-_ARCS = (plot.COLOUR["inner"], _NODES, plot.COLOUR["outer"])  # of I, J and K
+_ARCS = (plot.COLOUR["tool side"], _NODES, plot.COLOUR["workpiece side"])  # of I, J and K
 _UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 _NAMES = ("X", "Y", "Z", "X'", "Y'", "Z'")
@@ -171,7 +171,7 @@ def third_angle(machine, i, j, k=-90.0, *, seq="+", radius=10.0, retract=1.0, ru
     """
     alignment = align(Plane("G68.2", [i, j, 0]).frame, machine)
     both = [positioning.heidenhain(alignment, (0, 0), seq=sign) for sign in "+-"]
-    name = machine.rotary[alignment.inner].name
+    name = machine.rotary[alignment.tool_side].name
     K, side, turn = sp.Symbol("K", real=True), sp.Symbol("side", real=True), np.linspace(0, 2 * np.pi, 61)
     left = [float(np.radians(round(choice.rho, 9))) for choice in both]  # the same on every machine
     rho = K + sp.Piecewise((left[0], side > 0), (left[1], True))

@@ -160,9 +160,9 @@ class JointCase:
         return values, np.nan_to_num(spread).max(axis=1)
 
     def not_normalised(self, axis):
-        """The unit vectors with the component along the outer axis that `axis` has as printed, not normalised."""
-        (outer, *_), *_ = chain.between(self.kinematics.machine)
-        u = unit(np.array(outer.axis, dtype=float))
+        """The unit vectors with the component along the workpiece-side axis that `axis` has, not normalised."""
+        (workpiece_side, *_), *_ = chain.between(self.kinematics.machine)
+        u = unit(np.array(workpiece_side.axis, dtype=float))
         across = axis - (axis @ u)[:, None] * u
         length = np.linalg.norm(across, axis=1, keepdims=True)
         along = np.clip(axis @ u, -1, 1)[:, None]

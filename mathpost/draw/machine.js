@@ -10,8 +10,8 @@ function outOfTravel({ names, limits }, q) {
     });
     return out.join("; ");
 }
-function singular({ pole, reach, inner }, axis) {
-    if (inner === null) return "one rotary axis";
+function singular({ pole, reach, tool_side }, axis) {
+    if (tool_side === null) return "one rotary axis";
     const from = angle(axis, pole);
     return `${fixed(min(from - reach[0], reach[1] - from) / DEGREE, 2)}° from singular`;
 }
@@ -24,7 +24,7 @@ Object.assign(KINDS, {
         const { about, home } = state, scene = new Scene(state.scenes[0], ui.panes);
         const joints = () => controls.values.map((x, i) => i > 2 ? x * DEGREE : x);
         const go = (q) => { controls.values = [...q].map((x, i) => i > 2 ? x / DEGREE : x); update(); };
-        const tilt = (angle) => { const q = joints(), r = q.slice(3); r[about.inner - 3] = angle; go([...m.close(pose(m, q)[0], r), ...r]); };
+        const tilt = (angle) => { const q = joints(), r = q.slice(3); r[about.tool_side - 3] = angle; go([...m.close(pose(m, q)[0], r), ...r]); };
         let before;
         const controls = ui.controls(state.sliders, (i) => {
             if (hold.checked && i > 2) { const r = joints().slice(3); go([...m.close(pose(m, before)[0], r), ...r]); } else update();
@@ -35,8 +35,8 @@ Object.assign(KINDS, {
             const q = joints(), both = m.inverse(...pose(m, q));
             if (both) go(both[same(both[0], q) > same(both[1], q) ? 0 : 1]);
         };
-        const two = about.inner !== null, limits = two ? about.limits[about.inner].filter((limit) => limit !== null) : [];
-        const tilts = limits.map((limit) => [`${about.names[about.inner]} limit ${fixed(limit, 0)}°`, () => tilt(limit * DEGREE)]);
+        const two = about.tool_side !== null, limits = two ? about.limits[about.tool_side].filter((limit) => limit !== null) : [];
+        const tilts = limits.map((limit) => [`${about.names[about.tool_side]} limit ${fixed(limit, 0)}°`, () => tilt(limit * DEGREE)]);
         const places = [["pole", () => tilt(about.middle)], ...tilts, ["other solution", other]];
         ui.buttons([["home", () => go(home)], ...(two ? places : [])], [scene]);
         function update() {

@@ -17,8 +17,8 @@ ROLES = {
     "machine": ("#7f7f7f", "-"),
     "workpiece": ("#0072b2", "-"),
     "tool": ("#d55e00", "-"),
-    "outer": ("#56b4e9", "-"),
-    "inner": ("#e69f00", "--"),
+    "workpiece side": ("#56b4e9", "-"),
+    "tool side": ("#e69f00", "--"),
     "first branch": ("#009e73", "-"),
     "second branch": ("#cc79a7", "--"),
     "published": ("#000000", ":"),
@@ -103,7 +103,7 @@ def trellis(axes, records, words, inside, seconds, ways=None):
 
 
 def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
-    """Draw tool axes (n, 3) as seen along the outer axis, at their angle from the pole, which is in the middle.
+    """Draw tool axes (n, 3) as seen along the workpiece-side axis, the pole in the middle, at their angle from it.
 
     The singular cone of half angle `cone` (radians) is shaded.
     """

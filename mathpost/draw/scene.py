@@ -18,7 +18,14 @@ from mathpost.rotation import unit
 DARK = "#333b41"
 # Azimuth and elevation, degrees.
 CAMERAS = [(-58, 22), (-35, 22), (-70, 32), (-125, 22), (-20, 30), (-48, 35), (-110, 35)]
-STARTS = [(30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)]  # inner and outer angle, degrees
+STARTS = [
+    (30, 30),
+    (30, 60),
+    (-30, 30),
+    (30, -60),
+    (-30, -60),
+    (40, 110),
+]  # tool-side and workpiece-side angle, degrees
 SHORT = 0.3  # an axis seen at less than this share of its length points at the viewer
 APART = np.radians(12)  # two axes closer than this on the screen look like one
 SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be visible
@@ -109,10 +116,10 @@ def machine(kin, cl=None, *, title=""):
     made = arrange(kin, cl)
     scene = Scene(made.solids, places=placing(kin.machine)(made.home), title=title)
     tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
-    inner = str(kin.inverse_symbolic.inner)
+    tool_side = str(kin.inverse_symbolic.tool_side)
     for name, ends in made.lines.items():
-        colour = COLOUR["inner" if name == inner else "outer"]
-        scene.lines.append(Line(name, [ends], colour, 2.2, dash=name == inner, halo=True, over=True))
+        colour = COLOUR["tool side" if name == tool_side else "workpiece side"]
+        scene.lines.append(Line(name, [ends], colour, 2.2, dash=name == tool_side, halo=True, over=True))
         # The turntable's name stands under it, not on the workpiece.
         scene.labels.append(Label(name, ends[0 if [name] == tables[-1:] else 1], name, colour))
     arm = 0.42 * made.size
@@ -155,9 +162,9 @@ def best(kin, scene, tries, *, aspect=1.2):
 
 
 def turned(kin, made, angles=STARTS):
-    """Joints (n, 5) with these inner and outer angles (n, 2), degrees, within travel, the tip as laid out."""
-    inner = (kin.inner or kin.outer) - 3
-    rotary = np.radians(angles)[:, [inner, 1 - inner][: len(kin.machine.rotary)]]
+    """Joints (n, 5) with tool-side and workpiece-side angles (n, 2), degrees, in travel, the tip as laid out."""
+    tool_side = (kin.tool_side or kin.workpiece_side) - 3
+    rotary = np.radians(angles)[:, [tool_side, 1 - tool_side][: len(kin.machine.rotary)]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 

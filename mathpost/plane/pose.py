@@ -64,7 +64,7 @@ def positions(
     """Return every `Position` that puts the tip at `tip` and the tool along `axis`, those inside travel first.
 
     Both branches, in all whole turns inside travel; those nearest to the rotary angles `present` come first,
-    degrees, by default 0. At the pole the outer axis stands where it is. A branch that is outside travel is given
+    degrees, by default 0. At the pole the workpiece-side axis stands where it is. A branch outside travel is given
     once, with the reason. `ReachError` if no position makes the tool axis.
 
     Examples
@@ -81,7 +81,7 @@ def positions(
     found = []
     for angles in alignment.positions:
         if alignment.free:
-            angles = np.where(np.arange(len(rotary)) == alignment.outer, present, angles)
+            angles = np.where(np.arange(len(rotary)) == alignment.workpiece_side, present, angles)
         choices = [joint.turns(angle, now) for joint, angle, now in zip(rotary, angles, present, strict=True)]
         grid = np.meshgrid(*choices, indexing="ij")
         found += [angles for angles in np.stack(grid, axis=-1).reshape(-1, len(rotary))]

@@ -77,9 +77,9 @@ class Alignment:
     positions: (
         np.ndarray
     )  # the rotary angles of both, shape (2, 2), degrees; where they are one, both are it; or (1, 1)
-    outer: int  # which of the rotary angles is that of the axis next to the workpiece
-    inner: int  # and next to the tool, the same where there is one
-    free: bool  # the outer axis is parallel to the feature's Z and may stand anywhere; it is given at 0
+    workpiece_side: int  # which of the rotary angles is that of the axis next to the workpiece
+    tool_side: int  # and next to the tool, the same where there is one
+    free: bool  # the workpiece-side axis is parallel to the feature's Z and may stand anywhere; it is given at 0
 
     def at(self, angles):
         """Return the `Solution` at these rotary angles, degrees, whether or not the tool then stands on Z."""
@@ -118,18 +118,19 @@ def align(feature, machine):
     machine = kinematics.machine
     if np.shape(feature.rotation) != (3, 3):
         raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
-    places = kinematics.outer - 3, (kinematics.inner or kinematics.outer) - 3
-    outer, inner = (machine.rotary[place] for place in places)
-    joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(outer.axis))
+    places = kinematics.workpiece_side - 3, (kinematics.tool_side or kinematics.workpiece_side) - 3
+    workpiece_side, tool_side = (machine.rotary[place] for place in places)
+    joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(workpiece_side.axis))
     joints = joints[: len(machine.rotary)]
     if np.isnan(joints).any():
         low, high = np.degrees(kinematics.reach)
         pole = np.array(kinematics.inverse_symbolic.pole, dtype=float)
         angle = np.degrees(np.arccos(np.clip(pole @ feature.z, -1, 1)))
         end = " ".join(f"{x:z.3f}" for x in pole)
-        stands = f"the feature's Z stands {angle:.4f} degrees from the pole ({end}), the end of axis {outer.name}"
+        pole = f"the pole ({end}), the end of axis {workpiece_side.name}"
+        stands = f"the feature's Z stands {angle:.4f} degrees from {pole}"
         allows = f"only from {low:.4f} to {high:.4f}" if high > low else f"only at {low:.4f}"
-        raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows {allows}")
+        raise ReachError(f"{machine.name}: {stands}, which {tool_side.name} allows {allows}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
     return Alignment(feature, machine, joints[:, 3:], *places, free)
 
@@ -188,7 +189,7 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
         raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
     if rot not in ("COORD", "TABLE"):
         raise InputError("rot", "'COORD' or 'TABLE'", repr(rot))
-    master, side = alignment.inner, seq or sym
+    master, side = alignment.tool_side, seq or sym
     name, word = alignment.machine.joint_names[3 + master], f"{'SYM' if sym else 'SEQ'}{side}"
 
     def refuse(angles):
@@ -210,7 +211,7 @@ def siemens(alignment, present, direction, *, reference=None):
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
-    axis = alignment.inner if reference is None else _joint(alignment, reference)
+    axis = alignment.tool_side if reference is None else _joint(alignment, reference)
     clause = f"{'higher' if direction > 0 else 'lower'} {alignment.machine.joint_names[3 + axis]}"
     return _choose(alignment, present, {clause: lambda angles, _: -direction * wrap(angles[axis])})
 
@@ -229,9 +230,11 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
     for solution in alignment.solutions:
         angles = solution.angles.copy()
         if alignment.free:  # it stays where it stands, or turns until ρ is 0: one degree shows which way ρ goes
-            angles[alignment.outer] = 1.0
+            angles[alignment.workpiece_side] = 1.0
             slope = np.sign(wrap(alignment.at(angles).rho - solution.rho))
-            angles[alignment.outer] = -slope * solution.rho if turn_table else present[alignment.outer]
+            angles[alignment.workpiece_side] = (
+                -slope * solution.rho if turn_table else present[alignment.workpiece_side]
+            )
         if reason := refuse(angles) or beyond_travel(alignment.machine, angles):
             reasons.append(reason)
         else:

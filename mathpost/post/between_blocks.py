@@ -33,8 +33,8 @@ def follow(kin, cl, motion, tolerance, *, free=False):
     """Divide every move in cut that is not `free` until the tool axis keeps `tolerance` of its great circle.
 
     Moves are halved on the great circle. Where it meets a singular tool axis there is a pose just before and one
-    just after it: the outer axis turns while the tool axis all but stands still. `ReachError` if the joints do not
-    go along the great circle, as where they change the branch.
+    just after it: the workpiece-side axis turns while the tool axis all but stands still. `ReachError` if the
+    joints do not go along the great circle, as where they change the branch.
     """
     joints, place, kind = motion.joints, motion.place, motion.kind
     # An axis turned by Ω leaves its chord by at most Ω²/8, and so does the great circle: few need a closer look.
@@ -76,8 +76,8 @@ def _cuts(kin, start, end, start_axis, end_axis, still):
 def _pose(kin, cl, place, beside):
     """Joints on the CL path, on the branch and in the windings of those beside them."""
     second = np.zeros(len(beside), dtype=bool)
-    if kin.inner is not None:
-        second = np.sin(beside[:, kin.inner] - float(sum(kin.inverse_symbolic.solutions) / 2)) < 0
+    if kin.tool_side is not None:
+        second = np.sin(beside[:, kin.tool_side] - float(sum(kin.inverse_symbolic.solutions) / 2)) < 0
     joints = kin.inverse(*cl.at(place))[np.arange(len(place)), second.astype(int)]
     if (lost := np.isnan(joints).any(axis=1)).any():
         raise ReachError(f"{cl.where(place[lost.argmax()])}: on its way there the tool axis is out of reach")

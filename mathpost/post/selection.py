@@ -1,8 +1,8 @@
 """Solution selection (转角选解): which branch and which winding of the rotary axes each record takes.
 
 Each record has several *candidates*: two branches, each in every winding (±360°) inside travel, and at the pole
-also the outer angles of the neighbours. One is chosen for each record: on the best way over the whole path by
-dynamic programming (动态规划, R. Bellman 1957), by the shortest next move, or by the rules of source 002.
+also the workpiece-side angles of the neighbours. One is chosen for each record: on the best way over the whole path
+by dynamic programming (动态规划, R. Bellman 1957), by the shortest next move, or by the rules of source 002.
 """
 
 from copy import copy
@@ -20,7 +20,7 @@ from mathpost.sources import yu_dan
 STRATEGIES = ("optimal", "shortest", "paper")
 TURN = 2 * np.pi
 SWAY = np.radians(0.05)  # how far the tool axis may leave its great circle for a change of branch in cut
-POLE = 1e-10  # radians from the pole, within which every outer angle is right
+POLE = 1e-10  # radians from the pole, within which every workpiece-side angle is right
 PREFERENCE = 1e-3  # of the way: by so much the other branch has to be cheaper than the preferred one to begin on it
 EVEN = np.radians(1.0)  # by which the travel of a tilting axis may be shorter on the side that it prefers
 HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
@@ -133,10 +133,12 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
         raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
     if prefer not in (None, 1, -1):
         raise InputError("prefer", "1 or -1", repr(prefer))
-    machine, outer = kin.machine, kin.outer
+    machine, workpiece_side = kin.machine, kin.workpiece_side
     start = None if start is None else as_array(start, len(kin.symbols), "start")
     if prefer is None:  # the longer side of travel from the middle of the two solutions
-        low, high = machine.limits[kin.inner or kin.outer] - float(sum(kin.inverse_symbolic.solutions) / 2)
+        low, high = machine.limits[kin.tool_side or kin.workpiece_side] - float(
+            sum(kin.inverse_symbolic.solutions) / 2
+        )
         prefer = 1 if np.isinf(high) or high >= -low - EVEN else -1
     options = {"start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
@@ -160,7 +162,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
         beginning = move_costs(machine, short_way(machine, first.joints[0] - start))
     long = len(cl) * len(first.branch) ** 2 > LONG
     picks, broken, unreachable, stuck = (compiled(best_way, nearest, cost) if long else best_way)(
-        solved, turns, outer, beyond, machine.ends, machine.endless, beginning, *prices(machine),
+        solved, turns, workpiece_side, beyond, machine.ends, machine.endless, beginning, *prices(machine),
         np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid), strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
@@ -178,9 +180,11 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     columns = [angle[solution, records] + turn[winding] for angle, turn in zip(solved, turns, strict=True)]
     joints = np.array(columns).T  # joint by joint is read fastest
     further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, records], 0)
-    for joint in np.flatnonzero(machine.endless):  # goes on the short way, and the outer one `further` turns
+    for joint in np.flatnonzero(
+        machine.endless
+    ):  # goes on the short way, and the workpiece-side one `further` turns
         turned = np.diff(joints[:, joint], prepend=0.0 if start is None else start[joint])
-        joints[:, joint] -= TURN * np.cumsum(np.rint(turned / TURN) - further * (joint == outer))
+        joints[:, joint] -= TURN * np.cumsum(np.rint(turned / TURN) - further * (joint == workpiece_side))
     breaks = tuple(np.flatnonzero(broken).tolist())
     return Selection(joints, solution % 2, path_cost(machine, joints, start), breaks, strategy)
 
@@ -188,13 +192,13 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
 def _solutions(kin, tip, axis):
     """Both branches of each record, shape (j, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
-    There the outer axis may also take the angles of the nearest records before and after that are not at the pole,
-    of each branch. It can then be turned where that costs nothing of the tool axis.
+    There the workpiece-side axis may also take the angles of the nearest records before and after that are not at
+    the pole, of each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
     at_pole = np.zeros(len(joints), dtype=bool)
-    if kin.inner is not None and kin.reach[0] == 0:  # there the two solutions meet at the pole
-        at_pole = np.abs(joints[:, 0, kin.inner] - joints[:, 1, kin.inner]) < 2 * POLE
+    if kin.tool_side is not None and kin.reach[0] == 0:  # there the two solutions meet at the pole
+        at_pole = np.abs(joints[:, 0, kin.tool_side] - joints[:, 1, kin.tool_side]) < 2 * POLE
     elsewhere = np.flatnonzero(~at_pole)
     if not at_pole.any() or not elsewhere.size:
         return joints.T
@@ -203,7 +207,9 @@ def _solutions(kin, tip, axis):
     after = np.searchsorted(elsewhere, np.flatnonzero(at_pole))
     for first, neighbour in ((2, after - 1), (4, after)):
         rotary = joints[at_pole, :, 3:]
-        rotary[..., kin.outer - 3] = joints[elsewhere[np.clip(neighbour, 0, len(elsewhere) - 1)], :, kin.outer]
+        rotary[..., kin.workpiece_side - 3] = joints[
+            elsewhere[np.clip(neighbour, 0, len(elsewhere) - 1)], :, kin.workpiece_side
+        ]
         solved[:, first : first + 2, at_pole] = kin.close(tip[at_pole, None], rotary).T
     return solved
 
@@ -219,17 +225,17 @@ def _preference(machine, solved):
 
 
 def _beyond_the_short_way(kin, cl, solved, still):
-    """How many whole turns the outer axis makes beyond its short way to each record in cut, shape (k, n)."""
+    """How many whole turns the workpiece-side axis makes beyond its short way to each record in cut, (k, n)."""
     # Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
     # more than half a turn. One that passes as near as `still` may go either way.
-    beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[kin.outer, :2]
-    if kin.inner is None:  # its only way between two tool axes is the short one
+    beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[kin.workpiece_side, :2]
+    if kin.tool_side is None:  # its only way between two tool axes is the short one
         return beyond
     steps = nearest(np.diff(angles))
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
     t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
     moves, t = moves[away > still], t[away > still]
-    middle = kin.inverse(*cl.at(moves + t))[..., kin.outer].T
+    middle = kin.inverse(*cl.at(moves + t))[..., kin.workpiece_side].T
     turned = nearest(middle - angles[:, moves]) + nearest(angles[:, moves + 1] - middle)
     beyond[:2, moves + 1] = np.nan_to_num(np.rint((turned - steps[:, moves]) / TURN))
     return beyond
@@ -319,7 +325,9 @@ def path_cost(machine, joints, start):
     return total if start is None else total + float(move_costs(machine, short_way(machine, joints[0] - start)))
 
 
-def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slowest, meeting, rapid, greedy):
+def best_way(
+    solved, turns, workpiece_side, beyond, ends, endless, beginning, price, slowest, meeting, rapid, greedy
+):
     """Find the candidate of each record: with the fewest breaks on the way, and among those of the least cost.
 
     Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
@@ -328,9 +336,9 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
 
     `solved`, shape (j, s, n), are the joints of each record's solutions and `turns`, (j, w), what the windings add:
     candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
-    joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution. The
-    branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path. If
-    `greedy`, only the best candidate of each record is kept: the shortest next move.
+    joint `workpiece_side` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same
+    solution. The branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break
+    the path. If `greedy`, only the best candidate of each record is kept: the shortest next move.
 
     Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.
@@ -374,11 +382,11 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
                 solution, last = numbers[now, j] // windings, numbers[before, i] // windings
                 changed = (solution - last) % 2 == 1
                 further = TURN * beyond[solution, record] if solution == last else 0.0
-                if endless[outer]:
-                    step[outer] += further
-                too_far = abs(step[outer] - further) > HALF_TURN
+                if endless[workpiece_side]:
+                    step[workpiece_side] += further
+                too_far = abs(step[workpiece_side] - further) > HALF_TURN
                 for joint in range(3, axes):
-                    too_far = too_far or (joint != outer and abs(step[joint]) > HALF_TURN)
+                    too_far = too_far or (joint != workpiece_side and abs(step[joint]) > HALF_TURN)
                 breaking = cut and (too_far or (changed and not meeting[record]))
                 if breaks[before, i] + breaking > breaks[now, j]:
                     continue

@@ -1,7 +1,7 @@
 """The singular region (奇异区域): how near the tool is to it, and where a path meets it.
 
 The tool and both rotary axes in one plane: there the rotary joints lose one direction of turning, and close to it
-the outer axis must swing far for a small turn of the tool. `mathpost.post.ways` has the ways through.
+the workpiece-side axis must swing far for a small turn of the tool. `mathpost.post.ways` has the ways through.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ STILL = 0.01  # of a tolerance of the tool axis: a path that passes a singular a
 
 
 def measure(kin):
-    """Return n·(a₁ × a₂) as a sympy expression in the inner angle: zero where the machine is singular.
+    """Return n·(a₁ × a₂) as a sympy expression in the tool-side angle: zero where the machine is singular.
 
     n is the tool axis, a₁ and a₂ the present directions of the rotary axes. Its size is √(det JᵀJ) for J = ∂n/∂q:
     the area that the tool axis sweeps on the unit sphere for small turns of both joints.
@@ -34,10 +34,10 @@ def measure(kin):
     sin(B)/2
     """
     data = chain.Geometry.numbers(kin.machine)
-    (outer, _, _), (inner, angle, sign) = chain.between(kin.machine)
-    # Seen from the body between the two axes, where both stand still and the tool turns about the inner one.
-    tool = about(data.axis[inner.name], sign * angle) * data.tool_axis
-    return sp.simplify(tool.dot(data.axis[outer.name].cross(data.axis[inner.name])))
+    (workpiece_side, _, _), (tool_side, angle, sign) = chain.between(kin.machine)
+    # Seen from the body between the two axes, where both stand still and the tool turns about the tool-side one.
+    tool = about(data.axis[tool_side.name], sign * angle) * data.tool_axis
+    return sp.simplify(tool.dot(data.axis[workpiece_side.name].cross(data.axis[tool_side.name])))
 
 
 def closeness(kin, axis):
@@ -47,9 +47,9 @@ def closeness(kin, axis):
 
 
 def amplification(kin, axis):
-    """Return how far the outer axis turns, at most, for a small turn of the tool: rad per rad, axes (..., 3)."""
-    (_, _, _), (inner, _, _) = chain.between(kin.machine)
-    along = unit(np.array(inner.axis)) @ unit(np.array(kin.machine.tool_axis))
+    """Return how far the workpiece-side axis turns at most, rad per rad of the tool; tool axes (..., 3)."""
+    (_, _, _), (tool_side, _, _) = chain.between(kin.machine)
+    along = unit(np.array(tool_side.axis)) @ unit(np.array(kin.machine.tool_axis))
     with np.errstate(divide="ignore"):
         return np.sqrt(1 - along**2) / closeness(kin, axis)
 
@@ -59,13 +59,13 @@ def distance(kin, axis):
 
     With one rotary axis none is singular: infinite.
     """
-    if kin.inner is None:
+    if kin.tool_side is None:
         return np.full(np.shape(axis)[:-1], np.inf)
     return from_pole(kin, axis, kin.reach)
 
 
 def from_pole(kin, axis, ends=(0, np.pi)):
-    """Return the angle (radians) between tool axes (..., 3) and the outer axis, or the nearer `ends` about it."""
+    """Return the angle (radians) between tool axes (..., 3) and the workpiece-side axis, or the nearer end."""
     pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
     angle = 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
     return np.minimum(angle - ends[0], ends[1] - angle)
@@ -96,14 +96,14 @@ def near(kin, cl, cone):
 def nearest(kin, start, end, measured=distance):
     """Where the great circle between tool axes (n, 3) comes nearest to a singular one, t from 0 to 1, and radians.
 
-    With `from_pole` as `measured`: to the outer axis.
+    With `from_pole` as `measured`: to the workpiece-side axis.
     """
     along = end - start  # of neighbours only the difference keeps its digits
     across = along - np.vecdot(along, start)[:, None] * start
     across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
     arc = 2 * np.arcsin(np.minimum(np.linalg.norm(along, axis=1) / 2, 1))
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
-    # The ends of reach lie round the outer axis: nearest to one of them is what is nearest to an end of it.
+    # The ends of reach lie round the workpiece-side axis: what is near an end of it is near one of them.
     turn = [np.arctan2(across @ end, start @ end) for end in (pole, -pole)]
     turn = np.clip([*turn, np.zeros(len(arc)), arc], 0, arc)
     found = measured(kin, np.cos(turn)[..., None] * start + np.sin(turn)[..., None] * across)

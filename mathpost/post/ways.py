@@ -28,7 +28,7 @@ class Way(Motion):
 
     name: str
     law: TimeLaw | None = None  # from rest `NEAR` records before the region to rest as many after it
-    peak_speed: float = np.nan  # of the outer rotary axis meanwhile, radians per s,
+    peak_speed: float = np.nan  # of the workpiece-side rotary axis meanwhile, radians per s,
     peak_acceleration: float = np.nan  # and s²; NaN without a limit
     tip_error: float = np.nan  # largest distance of the moves in cut from the CL data, mm,
     axis_error: float = np.nan  # and angle, radians: what the way needs
@@ -114,7 +114,7 @@ class Crossing:
             )
         law, (tip, axis) = self._law(motion), strays(self.kin, self.cl, motion)
         largest = tip[motion.in_cut].max(initial=0), axis[motion.at_feed(self.cl)].max(initial=0)
-        return Way(*vars(motion).values(), name, law, *law.peaks[:, self.kin.outer], *largest)
+        return Way(*vars(motion).values(), name, law, *law.peaks[:, self.kin.workpiece_side], *largest)
 
     def _direct(self):
         return Motion.on_part(self.joints[self.records], self.records)
@@ -201,8 +201,8 @@ class Crossing:
         return Motion.on_part(self.kin.close(self.cl.at(place)[0], rotary), place)
 
     def _largest_swing(self):
-        """The record that the outer axis swings from."""
-        return self.first + int(np.abs(np.diff(self.joints[self.records, self.kin.outer])).argmax())
+        """The record that the workpiece-side axis swings from."""
+        return self.first + int(np.abs(np.diff(self.joints[self.records, self.kin.workpiece_side])).argmax())
 
     def _law(self, motion):
         """The time law of a motion with the records about it."""

@@ -66,15 +66,15 @@ def cases(kin, cl, prefer):
     case (2): κ = 0, 11.817°
     """
     derived = kin.inverse_symbolic
-    if derived.inner is None:
+    if derived.tool_side is None:
         raise InputError("strategy 'paper'", "a machine with two rotary axes", "one")
     if derived.solutions[0] != -derived.solutions[1]:
         found = f"{kin.machine.name}, where it is elsewhere"
-        raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)
-    near, far = np.sort(np.abs(kin.machine.limits[kin.inner])) + TRAVEL_TOLERANCE
+        raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.tool_side}", found)
+    near, far = np.sort(np.abs(kin.machine.limits[kin.tool_side])) + TRAVEL_TOLERANCE
     dominant = 0 if prefer > 0 else 1
     found, before = [], 0.0
-    for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, kin.inner]).tolist():
+    for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, kin.tool_side]).tolist():
         case, steps = Case(1, size, None), (abs(size - before), abs(-size - before))
         if size <= near:
             case = Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps)
@@ -86,7 +86,7 @@ def cases(kin, cl, prefer):
 
 
 def turns(angles):
-    """The `Turn` of each outer angle (radians) between the first and the last.
+    """The `Turn` of each workpiece-side angle (radians) between the first and the last.
 
     The next angle has not been corrected by then, as in the paper: an even walk across ±180° stays broken.
     """
@@ -104,10 +104,10 @@ def choose(kin, cl, prefer):
     found = cases(kin, cl, prefer)
     for record, case in enumerate(found):
         if case.kappa is None:
-            raise ReachError(f"{cl.where(record)}: {kin.inverse_symbolic.inner}: {case}")
+            raise ReachError(f"{cl.where(record)}: {kin.inverse_symbolic.tool_side}: {case}")
     branch = np.array([case.kappa for case in found])  # the first branch is the positive one
     joints = kin.inverse(cl.points, cl.axes)[np.arange(len(branch)), branch]
-    joints[1:-1, kin.outer] = [turn.taken for turn in turns(joints[:, kin.outer])]
+    joints[1:-1, kin.workpiece_side] = [turn.taken for turn in turns(joints[:, kin.workpiece_side])]
     out = np.flatnonzero(~kin.machine.within(joints).all(axis=1))
     if out.size:
         raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(kin.machine.out_of_travel(joints[out[0]]))}")

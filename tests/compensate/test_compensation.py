@@ -28,11 +28,11 @@ def random_errors(seed, model):
 
 
 def away_from_the_pole(seed, kin, count=40):
-    """Joints whose inner axis tilts the tool by at least some 20 degrees."""
+    """Joints whose tool-side axis tilts the tool by at least some 20 degrees."""
     rng = np.random.default_rng(seed)
     joints = np.column_stack([rng.uniform(-150, 150, (count, 3)), rng.uniform(-3, 3, (count, 2))])
-    inner = 3 + [symbol.name for symbol in kin.symbols[3:]].index(kin.inverse_symbolic.inner.name)
-    joints[:, inner] = rng.uniform(0.5, 1.2, count)
+    tool_side = 3 + [symbol.name for symbol in kin.symbols[3:]].index(kin.inverse_symbolic.tool_side.name)
+    joints[:, tool_side] = rng.uniform(0.5, 1.2, count)
     return joints
 
 

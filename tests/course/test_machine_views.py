@@ -101,12 +101,12 @@ def test_solids_lie_outside_of_each_other_at_home(kin):
             assert max(high for _, high in heights[rotary.name]) <= heights["workpiece"][0][0] + 1e-9
 
 
-@pytest.mark.parametrize("inner", [-90, 0, 90])
-@pytest.mark.parametrize("outer", [-180, -90, 0, 90])
-def test_a_head_stays_in_front_of_the_wall(kin, inner, outer):
+@pytest.mark.parametrize("tool_side", [-90, 0, 90])
+@pytest.mark.parametrize("workpiece_side", [-180, -90, 0, 90])
+def test_a_head_stays_in_front_of_the_wall(kin, tool_side, workpiece_side):
     """Where it turns about the tip; the wall carries the slides."""
     made = arrange(kin)
-    (joints,) = scene.turned(kin, made, [(inner, outer)])
+    (joints,) = scene.turned(kin, made, [(tool_side, workpiece_side)])
     places, (wall,) = placing(kin.machine)(joints), [each for each in made.solids if each.colour == GREYS["wall"]]
     heads = {"tool", *(rotary.name for rotary in kin.machine.rotary if rotary.carries == "tool")}
     for solid in made.solids:

@@ -114,15 +114,15 @@ def test_forty_faces_by_the_rules_of_the_controls(name):
         i, j = rng.uniform(-180, 180), rng.uniform(5, 85)
         level = align(Plane("G68.2", [i, j, 0]).frame, load(name))
         now = rng.uniform(-30, 30), rng.uniform(-180, 180)
-        present = now if level.inner == 0 else now[::-1]
-        letter = load(name).machine.rotary[level.inner].name
+        present = now if level.tool_side == 0 else now[::-1]
+        letter = load(name).machine.rotary[level.tool_side].name
         for choice in (
             positioning.fanuc(level, present),
             positioning.heidenhain(level, present),
             positioning.siemens(level, present, 1),
             positioning.siemens(level, present, -1),
         ):
-            side = int(np.sign(choice.angles[level.inner]))
+            side = int(np.sign(choice.angles[level.tool_side]))
             seen.add(side)
             k = THIRD[letter, side]
             assert clearance(name, choice.angles, i, j, k) == pytest.approx(1)

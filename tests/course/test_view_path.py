@@ -19,23 +19,25 @@ def said(view):
 
 
 @pytest.mark.parametrize("angles", [(50, 125), (-50, 125), (20, -170)])
-def test_inner_and_outer_print_the_tool_axis_and_find_the_outer_angle(angles):
+def test_both_angles_print_the_tool_axis_and_find_the_workpiece_side_angle(angles):
     kin = load("ac_table")
     _, axis = kin.forward([0, 0, 0, *angles], degrees=True)
-    *components, _sine, _cosine, outer = numbers(view_path.inner_and_outer(kin), *angles[::-1])
+    *components, _sine, _cosine, workpiece_side = numbers(view_path.both_angles(kin), *angles[::-1])
     assert components == pytest.approx(axis, abs=1e-12)
-    assert outer == pytest.approx(angles[1], abs=1e-9)
+    assert workpiece_side == pytest.approx(angles[1], abs=1e-9)
 
 
-def test_past_the_pole_both_branches_keep_their_outer_angles_half_a_turn_apart(kin):
+def test_past_the_pole_both_branches_keep_their_workpiece_side_angles_half_a_turn_apart(kin):
     if kin.reach[0] > 0:
         pytest.skip("does not apply: the branches of this machine do not meet at the pole")
     view = view_path.past_the_pole(kin)
-    inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
+    tool_side = kin.symbols.index(kin.inverse_symbolic.tool_side) - 3
     for frame in view.state["frames"]:
         curves = np.array(frame, dtype=float).reshape(2, 2, -1)
-        assert np.ptp(curves[1 - inner, 0] - curves[1 - inner, 1]) < 30  # neither has been unwrapped differently
-        assert (curves[inner, 0] > curves[inner, 1]).all()
+        assert (
+            np.ptp(curves[1 - tool_side, 0] - curves[1 - tool_side, 1]) < 30
+        )  # neither has been unwrapped differently
+        assert (curves[tool_side, 0] > curves[tool_side, 1]).all()
     assert len(view.page()) < 200_000
 
 

@@ -91,7 +91,7 @@ def test_the_gallery_turns_every_machine_by_its_own_chain():
     view = view_gallery.gallery(solvers, workpiece=40, tool=30)
     assert len(view.page()) < 90_000 and len(view.scenes) == len(NAMES)
     for number, kin in enumerate(solvers):
-        angle = {str(kin.inverse_symbolic.outer): 40, str(kin.inverse_symbolic.inner): 30}
+        angle = {str(kin.inverse_symbolic.workpiece_side): 40, str(kin.inverse_symbolic.tool_side): 30}
         rotary = [angle[joint.name] for joint in kin.machine.rotary]
         _, axis = kin.forward([0, 0, 0, *rotary], degrees=True)
         places = view.scenes[number].places

@@ -225,10 +225,10 @@ def test_the_48_products_are_all_different():
 def _reachable_axes(kin, count=4, seed=2):
     """Tool axes well inside the reach of any machine, six digits written."""
     rng = np.random.default_rng(seed)
-    outer = kin.inverse_symbolic.outer
+    workpiece_side = kin.inverse_symbolic.workpiece_side
     joints = np.zeros((200, 5))
     joints[:, 3:] = rng.uniform(15, 75, (200, 2))
-    assert outer in kin.symbols[3:]
+    assert workpiece_side in kin.symbols[3:]
     axes = kin.forward(joints, degrees=True)[1].round(6)
     return axes[:count]
 
@@ -307,7 +307,7 @@ def test_table_2_of_source_002_has_no_reading(dmu50v):
         assert not explain_joints(dmu50v, row, angles).explained
 
 
-def test_at_the_pole_any_outer_angle_is_right(dmu50v):
+def test_at_the_pole_any_workpiece_side_angle_is_right(dmu50v):
     assert explain_joints(dmu50v, (0, 0, 1), (0, 77)).right
 
 

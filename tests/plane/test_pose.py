@@ -58,7 +58,7 @@ def test_the_nearest_comes_first_and_the_controls_go_there():
     assert taken["Siemens _DIR +1"].angles == pytest.approx([90, 36.86989765])
 
 
-def test_at_the_pole_the_outer_axis_stands_where_it_is():
+def test_at_the_pole_the_workpiece_side_axis_stands_where_it_is():
     found = pose.positions(Kinematics(load("bc_table")), TIP, [0, 0, 1], [10, 33])
     assert len(found) == 1 and found[0].joints[3:] == pytest.approx([0, 33])
     np.testing.assert_allclose(found[0].tip, TIP, atol=1e-12)

@@ -240,8 +240,8 @@ def test_an_axis_is_free_if_the_plane_is_square_to_it(tilt, free):
 
 
 def test_table_rot_turns_the_free_axis_of_every_machine(kin):
-    outer = align(Frame(np.eye(3)), kin).outer
-    axis = np.array(kin.machine.rotary[outer].axis)
+    workpiece_side = align(Frame(np.eye(3)), kin).workpiece_side
+    axis = np.array(kin.machine.rotary[workpiece_side].axis)
     feature = Frame.from_axes(axis * np.sign(axis @ kin.machine.tool_axis), [0.3, 1, 0.2])
     plane = align(feature, kin)
     assert plane.free

@@ -217,7 +217,7 @@ def test_linearized_path_keeps_the_tolerance_in_dense_sampling(kin):
     assert len(linearize(kin, joints, 1e9).joints) == 30
 
 
-LEANING = content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))  # whose two solutions do not meet at inner zero
+LEANING = content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))  # whose two solutions do not meet at tool_side zero
 
 
 @pytest.mark.parametrize("turns", [-2, 0, 3])
@@ -226,8 +226,8 @@ LEANING = content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))  # whose two solutions 
 def test_a_divided_move_stays_on_its_branch_and_in_its_winding(file, side, turns):
     kin = Kinematics(machine.from_dict(file))
     joints = np.zeros((2, 5))
-    joints[:, kin.inner] = float(sum(kin.inverse_symbolic.solutions) / 2) + side * np.array([0.3, 0.4])
-    joints[:, kin.outer] = 2 * np.pi * turns + np.array([0.5, 1.7])
+    joints[:, kin.tool_side] = float(sum(kin.inverse_symbolic.solutions) / 2) + side * np.array([0.3, 0.4])
+    joints[:, kin.workpiece_side] = 2 * np.pi * turns + np.array([0.5, 1.7])
     path = cl.from_arrays(*kin.forward(joints))
     found = follow(kin, path, Motion.on_part(joints, [0, 1]), 1e-3)
     assert len(found.joints) > 8
@@ -237,16 +237,16 @@ def test_a_divided_move_stays_on_its_branch_and_in_its_winding(file, side, turns
 
 
 def test_past_a_singular_axis_two_poses_stand_close_beside_it(kin):
-    """The inner axis stands on both sides of it alike, and the outer one by half a turn apart."""
+    """The tool-side axis stands on both sides of it alike, and the workpiece-side one by half a turn apart."""
     if kin.reach[0] > 0:
         pytest.skip("does not apply: the pole is out of reach")
     joints, tolerance = np.zeros((2, 5)), 1e-3
-    joints[:, kin.inner] = float(sum(kin.inverse_symbolic.solutions) / 2) + 0.2
-    joints[1, kin.outer] = np.pi
+    joints[:, kin.tool_side] = float(sum(kin.inverse_symbolic.solutions) / 2) + 0.2
+    joints[1, kin.workpiece_side] = np.pi
     path = cl.from_arrays(*kin.forward(joints))
     found = follow(kin, path, Motion.on_part(joints, [0, 1]), tolerance)
     poses = kin.forward(found.joints)[1]
-    before = np.abs(np.diff(found.joints[:, kin.outer])).argmax()
+    before = np.abs(np.diff(found.joints[:, kin.workpiece_side])).argmax()
     away = singular.distance(kin, poses[before : before + 2])
     np.testing.assert_allclose(away, 2 * singular.STILL * tolerance, rtol=1e-2)
     lag = axis_lag(kin, path, found.joints[:-1], found.joints[1:], found.place[:-1], found.place[1:])

@@ -97,7 +97,7 @@ def test_ways_through_the_whole_blade(dmu50v, twisted, singular, needed):
             post.run(part, dmu50v.machine, singular=singular)
 
 
-def test_where_the_great_circle_meets_the_pole_the_outer_axis_turns_in_place(dmu50v, blade):
+def test_where_the_great_circle_meets_the_pole_the_workpiece_side_axis_turns_in_place(dmu50v, blade):
     for tcp in (False, True):
         result = post.run(blade, dmu50v.machine, tcp=tcp, axis_tolerance=np.radians(0.01))
         swinging = np.abs(np.diff(result.blocks.words[:, 4])) > (10 if tcp else 0.9)

@@ -28,17 +28,17 @@ def machine_code():
         yield
 
 
-def limited(name, *, outer=None, inner=None, rates=True):
+def limited(name, *, workpiece_side=None, tool_side=None, rates=True):
     """A machine file with other travel (degrees), or without rates."""
-    return restricted(Kinematics(machine.load(DATA / f"machines/{name}.toml")), outer, inner, rates)
+    return restricted(Kinematics(machine.load(DATA / f"machines/{name}.toml")), workpiece_side, tool_side, rates)
 
 
-def restricted(kin, outer=None, inner=None, rates=True):
+def restricted(kin, workpiece_side=None, tool_side=None, rates=True):
     """A machine with other travel (degrees), or without rates; its slides do not end."""
     data = kin.machine
-    at_outer = kin.symbols.index(kin.inverse_symbolic.outer) - 3
+    at_workpiece_side = kin.symbols.index(kin.inverse_symbolic.workpiece_side) - 3
     rotary = list(data.rotary)
-    for index, limits in ((at_outer, outer), (1 - at_outer, inner)):
+    for index, limits in ((at_workpiece_side, workpiece_side), (1 - at_workpiece_side, tool_side)):
         if limits is not None:
             rotary[index] = replace(rotary[index], limits=tuple(np.radians(limits)))
     linear = tuple(replace(axis, limits=machine.ENDLESS) for axis in data.linear)
@@ -58,7 +58,7 @@ def wandering(kin, count, rng, step=0.5):
 @pytest.mark.parametrize("name", RATED)
 def test_optimal_equals_brute_force(name, rates, monkeypatch):
     monkeypatch.setattr(selection, "PREFERENCE", 0)
-    kin = limited(name, outer=(-200, 250), inner=(-170, 190), rates=rates)
+    kin = limited(name, workpiece_side=(-200, 250), tool_side=(-170, 190), rates=rates)
     rng = np.random.default_rng(7)
     for _ in range(125):
         cl = wandering(kin, 4, rng)
@@ -119,7 +119,7 @@ def test_an_endless_axis_winds_up():
 
 def test_there_and_back_does_not_wind_up():
     """Half a turn keeps its direction: a tool that goes over the pole and back comes out where it began."""
-    kin = limited("ac_table", inner=(0, 90))
+    kin = limited("ac_table", tool_side=(0, 90))
     lean = np.radians([30, 10, -10, -30, -10, 10, 30, 10, -10])
     axes = np.stack([np.zeros(9), np.sin(lean), np.cos(lean)], axis=1)
     chosen = selection.choose(kin, replace(cldata.from_arrays(np.zeros((9, 3)), axes), rapid=np.ones(9, bool)))
@@ -127,7 +127,7 @@ def test_there_and_back_does_not_wind_up():
 
 
 def test_a_limited_axis_breaks_with_the_record_and_is_split():
-    kin = limited("ac_table", outer=(-360, 360))
+    kin = limited("ac_table", workpiece_side=(-360, 360))
     assert np.degrees(np.ptp(selection.choose(kin, turning(1.7)).joints[:, 4])) == pytest.approx(612)
     cl = turning(3, count=61)
     # It says how far the machine comes without a break: as on the path that ends there.
@@ -145,14 +145,14 @@ def test_a_limited_axis_breaks_with_the_record_and_is_split():
 
 def test_how_far_the_machine_comes_counts_from_the_first_record():
     """From 170° it can only go on to 240°; from the record behind it −120° would be nearer to zero."""
-    kin = limited("ac_table", outer=(-180, 250), inner=(0, 90))
+    kin = limited("ac_table", workpiece_side=(-180, 250), tool_side=(0, 90))
     joints = np.radians([[0, 0, 0, 30, angle] for angle in (170, 200, 240, 280)])
     with pytest.raises(ReachError, match=r"record 4: the path breaks here, .*so far A 30.000° C 240.000°"):
         selection.choose(kin, cldata.from_arrays(*kin.forward(joints)))
 
 
 def test_an_unreachable_record_counts_before_a_break():
-    kin = limited("ac_table", outer=(-360, 360), inner=(-50, 50))
+    kin = limited("ac_table", workpiece_side=(-360, 360), tool_side=(-50, 50))
     cl = turning(3, count=61)
     axes = cl.axes.copy()
     axes[60] = [1, 0, 0]
@@ -161,7 +161,7 @@ def test_an_unreachable_record_counts_before_a_break():
 
 
 def test_rapid_moves_may_swing():
-    kin = limited("ac_table", outer=(-200, 200))
+    kin = limited("ac_table", workpiece_side=(-200, 200))
     cl = turning(2, count=61)
     rapid = np.zeros(61, bool)
     rapid[[20, 40]] = True
@@ -169,7 +169,7 @@ def test_rapid_moves_may_swing():
 
 
 def test_a_change_of_branch_away_from_the_pole_is_no_cut():
-    kin = limited("ac_table", inner=(-50, 50), outer=(-100, 100))
+    kin = limited("ac_table", tool_side=(-50, 50), workpiece_side=(-100, 100))
     cl = turning(1, count=37)
     with pytest.raises(ReachError, match="breaks"):
         selection.choose(kin, cl)
@@ -184,7 +184,7 @@ def test_out_of_travel_names_record_and_axis(dmu50v):
         selection.choose(dmu50v, cldata.from_arrays([[0, 0, 0]], [[0, 0.6, -0.8]]))
 
 
-def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
+def test_the_workpiece_side_axis_turns_while_the_tool_is_at_the_pole(kin):
     """Vertical records, then leaning ones: C is turned before the lean, not during it."""
     if kin.reach[0] > 0:
         pytest.skip("does not apply: the pole is out of reach")
@@ -195,8 +195,8 @@ def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
         np.arange(9)[:, None] * [1.0, 0, 0] + [20, 30, 40], np.cos(lean) * pole + np.sin(lean) * side
     )
     chosen = selection.choose(kin, cl)
-    outer = kin.symbols.index(kin.inverse_symbolic.outer)
-    leaning = chosen.joints[2:8, outer]
+    workpiece_side = kin.symbols.index(kin.inverse_symbolic.workpiece_side)
+    leaning = chosen.joints[2:8, workpiece_side]
     assert np.degrees(np.ptp(leaning)) < 10
     assert set(chosen.branch.tolist()) <= {0, 1}
     tip, axis = kin.forward(chosen.joints)
@@ -204,14 +204,14 @@ def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
     np.testing.assert_allclose(axis, cl.axes, atol=1e-12)
 
 
-def test_at_the_pole_the_outer_axis_may_take_the_angles_of_both_neighbours():
+def test_at_the_pole_the_workpiece_side_axis_may_take_the_angles_of_both_neighbours():
     """Those of the branches before and those of the branches after, besides 0; at the ends of a path of the one."""
     kin = limited("ac_table")
     lean, round_z = np.radians([0, 20, 0, 0, 30, 0]), np.radians([0, 40, 0, 0, -70, 0])
     axes = np.stack([np.sin(lean) * np.sin(round_z), np.sin(lean) * np.cos(round_z), np.cos(lean)], axis=1)
     found = selection.candidates(kin, np.arange(18.0).reshape(6, 3), axes)
-    outer = np.degrees(found.joints[:, :, 4]).round(6)
-    before, after = sorted(outer[1, :2]), sorted(outer[4, :2])
+    workpiece_side = np.degrees(found.joints[:, :, 4]).round(6)
+    before, after = sorted(workpiece_side[1, :2]), sorted(workpiece_side[4, :2])
     assert abs(np.subtract(before, after)).min() > 1
     for record, neighbours in (
         (0, (before, before)),
@@ -219,13 +219,13 @@ def test_at_the_pole_the_outer_axis_may_take_the_angles_of_both_neighbours():
         (3, (before, after)),
         (5, (after, after)),
     ):
-        assert outer[record, :2].tolist() == [0, 0]
-        assert [sorted(outer[record, first : first + 2]) for first in (2, 4)] == list(neighbours)
+        assert workpiece_side[record, :2].tolist() == [0, 0]
+        assert [sorted(workpiece_side[record, first : first + 2]) for first in (2, 4)] == list(neighbours)
         np.testing.assert_allclose(
             kin.forward(found.joints[record])[0], [np.arange(18.0).reshape(6, 3)[record]] * 6
         )
         np.testing.assert_allclose(kin.forward(found.joints[record])[1], [[0, 0, 1]] * 6, atol=1e-12)
-    assert np.isnan(outer[[1, 4], 2:]).all()
+    assert np.isnan(workpiece_side[[1, 4], 2:]).all()
     assert [branch for branch, *_ in found.table(1)] == [0, 1]
     assert [branch for branch, *_ in found.table(2)] == [0, 1, 0, 1, 0, 1]
 
@@ -242,7 +242,7 @@ def test_near_the_pole_is_not_at_it():
 
 
 def test_a_tool_that_never_leaves_the_pole():
-    kin = limited("ac_table", outer=(-360, 360))
+    kin = limited("ac_table", workpiece_side=(-360, 360))
     points = np.random.default_rng(5).normal(size=(30, 3)) * 40
     chosen = selection.choose(kin, cldata.from_arrays(points, np.tile([0.0, 0, 1], (30, 1))))
     np.testing.assert_array_equal(chosen.joints[:, 3:], 0)
@@ -252,8 +252,8 @@ def test_a_tool_that_never_leaves_the_pole():
 @pytest.mark.parametrize("strategy", ["optimal", "shortest"])
 @pytest.mark.parametrize("azimuth", [40, 140, -40, -140])
 def test_the_first_record_begins_on_the_preferred_branch(strategy, prefer, branch, azimuth):
-    """Wherever the outer axis stands: the preference counts more than the travel from zero."""
-    kin = limited("ac_table", inner=(-90, 90))
+    """Wherever the workpiece-side axis stands: the preference counts more than the travel from zero."""
+    kin = limited("ac_table", tool_side=(-90, 90))
     cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, azimuth], [0, 0, 0, 30.1, azimuth]])))
     chosen = selection.choose(kin, cl, strategy, prefer=prefer)
     assert chosen.branch.tolist() == [branch, branch]
@@ -262,7 +262,7 @@ def test_the_first_record_begins_on_the_preferred_branch(strategy, prefer, branc
 
 @pytest.mark.parametrize(("travel_of_a", "sign"), [((-30, 90), 1), ((-90, 30), -1), ((-90, 90), 1)])
 def test_by_default_the_longer_side_of_the_tilting_axis_is_preferred(travel_of_a, sign):
-    kin = limited("ac_table", inner=travel_of_a)
+    kin = limited("ac_table", tool_side=travel_of_a)
     (tilt,) = selection.choose(kin, cldata.from_arrays([[0, 0, 0]], [[0.1, 0.2, 1]])).joints[:, 3]
     assert np.sign(tilt) == sign
 
@@ -274,7 +274,7 @@ def test_the_longer_side_is_counted_from_the_middle_of_the_two_solutions(below, 
     derived = kin.inverse_symbolic
     middle = np.degrees(float(sum(derived.solutions) / 2))
     assert abs(middle) > 20
-    kin = restricted(kin, inner=(middle - below, middle + above))
+    kin = restricted(kin, tool_side=(middle - below, middle + above))
     tilted = kin.forward(np.radians([[0, 0, 0, middle + 10, 0], [0, 0, 0, middle - 10, 0]]))
     chosen = selection.choose(kin, cldata.from_arrays(tilted[0][:1], tilted[1][:1]))
     assert np.sign(np.degrees(chosen.joints[0, 3]) - middle) == side
@@ -282,7 +282,7 @@ def test_the_longer_side_is_counted_from_the_middle_of_the_two_solutions(below, 
 
 def test_without_a_start_the_first_record_is_near_rotary_zero():
     """Of the windings of the preferred branch the one that turns least."""
-    kin = limited("dmu50v", outer=(-700, 700), inner=(0, 100))
+    kin = limited("dmu50v", workpiece_side=(-700, 700), tool_side=(0, 100))
     cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, 100], [0, 0, 0, 30, 101]])))
     np.testing.assert_allclose(np.degrees(selection.choose(kin, cl).joints[:, 4]), [100, 101])
 
@@ -290,16 +290,16 @@ def test_without_a_start_the_first_record_is_near_rotary_zero():
 @pytest.mark.parametrize("name", ["ac_table", "ac_head"])
 def test_without_a_start_it_is_the_first_record_that_is_near_zero_not_the_last(name):
     """From 170° to 190°, not from −190° to −170°; of one C is the second rotary axis, of the other the first."""
-    kin = limited(name, outer=(-700, 700), inner=(0, 90))
+    kin = limited(name, workpiece_side=(-700, 700), tool_side=(0, 90))
     joints = np.zeros((2, 5))
-    joints[:, kin.inner], joints[:, kin.outer] = np.radians(30), np.radians([170, 190])
+    joints[:, kin.tool_side], joints[:, kin.workpiece_side] = np.radians(30), np.radians([170, 190])
     found = selection.choose(kin, cldata.from_arrays(*kin.forward(joints)))
-    np.testing.assert_allclose(np.degrees(found.joints[:, kin.outer]), [170, 190])
+    np.testing.assert_allclose(np.degrees(found.joints[:, kin.workpiece_side]), [170, 190])
 
 
 @pytest.mark.parametrize(("start", "expected"), [(430, 460), (-250, -260), (90, 100)])
 def test_a_start_leads_to_the_nearest_winding(start, expected):
-    kin = limited("dmu50v", outer=(-700, 700), inner=(0, 100))
+    kin = limited("dmu50v", workpiece_side=(-700, 700), tool_side=(0, 100))
     cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, 100]])))
     chosen = selection.choose(kin, cl, start=np.radians([0, 0, 0, 30, start]))
     assert np.degrees(chosen.joints[0, 4]) == pytest.approx(expected)
@@ -310,7 +310,7 @@ def test_a_start_leads_to_the_nearest_winding(start, expected):
 
 def test_of_moves_that_take_the_same_time_the_shorter_one_is_taken():
     """In rapid traverse X takes 10 s; a whole turn of C beside it would cost no time."""
-    kin = limited("ac_table", outer=(-180, 540), inner=(-90, 90))
+    kin = limited("ac_table", workpiece_side=(-180, 540), tool_side=(-90, 90))
     joints = np.radians([[0, 0, 0, 30, 10], [0, 0, 0, 30, 20]])
     joints[1, 0] = 10 * kin.machine.max_rates[0]
     cl = replace(cldata.from_arrays(*kin.forward(joints)), rapid=np.ones(2, bool))
@@ -323,7 +323,7 @@ def test_of_moves_that_take_the_same_time_the_shorter_one_is_taken():
 
 @pytest.mark.parametrize(("turn", "breaks"), [(180, ()), (-180, ()), (180.001, (1,)), (-180.001, (1,))])
 def test_half_a_turn_is_the_longest_move_in_cut(turn, breaks):
-    kin = limited("ac_table", outer=(-181, 181), inner=(0, 90))
+    kin = limited("ac_table", workpiece_side=(-181, 181), tool_side=(0, 90))
     joints = np.radians([[0, 0, 0, 30, -turn / 2], [0, 0, 0, 30, turn / 2]])
     cl = cldata.from_arrays(*kin.forward(joints))
     for strategy in ("optimal", "shortest"):
@@ -337,7 +337,7 @@ def test_half_a_turn_is_the_longest_move_in_cut(turn, breaks):
 @pytest.mark.parametrize("joint", range(5))
 def test_travel_has_a_tolerance(joint, end, beyond):
     """A joint beyond an end of its travel by less than the tolerance is inside, by more is not."""
-    kin = limited("ac_table", outer=(-300, 300), inner=(-100, 100))
+    kin = limited("ac_table", workpiece_side=(-300, 300), tool_side=(-100, 100))
     data, joints = kin.machine, np.array([10.0, 20, 30, 0.4, 0.5])
     limits = [(-1000.0, 1000.0)] * 3 + [(-3.0, 3.0)] * 2
     limits[joint] = (joints[joint], 1000.0) if end == 0 else (-1000.0, joints[joint])
@@ -369,12 +369,12 @@ def nearest_to_singular(kin, start, end, reach=None):
 def test_the_branch_may_change_as_near_to_a_singular_axis_as_the_sway(kin):
     """Travel leaves one candidate for each record, on branches that differ: a break if the sway is less."""
     derived, rng, compared = kin.inverse_symbolic, np.random.default_rng(4), 0
-    inner, outer = kin.symbols.index(derived.inner), kin.symbols.index(derived.outer)
-    kin = restricted(kin, outer=np.degrees([-1.5, 1.5]), inner=(-180, 180))
+    tool_side, workpiece_side = kin.symbols.index(derived.tool_side), kin.symbols.index(derived.workpiece_side)
+    kin = restricted(kin, workpiece_side=np.degrees([-1.5, 1.5]), tool_side=(-180, 180))
     for _ in range(30):
         ends = np.zeros((2, 5))
-        ends[:, inner] = float(sum(derived.solutions) / 2) + np.array([1, -1]) * rng.uniform(0.1, 1.2, 2)
-        ends[:, outer] = np.array([-1, 1]) * rng.uniform(0.2, 1.4, 2)
+        ends[:, tool_side] = float(sum(derived.solutions) / 2) + np.array([1, -1]) * rng.uniform(0.1, 1.2, 2)
+        ends[:, workpiece_side] = np.array([-1, 1]) * rng.uniform(0.2, 1.4, 2)
         cl = cldata.from_arrays(*kin.forward(ends))
         if (near := nearest_to_singular(kin, *cl.axes)) < 0.01:
             continue
@@ -424,17 +424,17 @@ class TestPaper:
         ],
     )
     def test_cases(self, travel, tilts, expected):
-        kin = limited("dmu50v", inner=travel)
+        kin = limited("dmu50v", tool_side=travel)
         chosen = selection.choose(kin, self.tilts(tilts), "paper")
         np.testing.assert_allclose(np.degrees(chosen.joints[:, 3]), expected, atol=1e-9)
 
     def test_case_1(self):
         with pytest.raises(ReachError, match=r"record 2: B: case \(1\): \|θ\| = 41.000° is outside travel"):
-            selection.choose(limited("dmu50v", inner=(-5, 40)), self.tilts([11, 41]), "paper")
+            selection.choose(limited("dmu50v", tool_side=(-5, 40)), self.tilts([11, 41]), "paper")
 
     def test_case_2_with_the_wrong_preference_leaves_travel(self):
         with pytest.raises(ReachError, match="record 1: B -11.000"):
-            selection.choose(limited("dmu50v", inner=(-5, 40)), self.tilts([11]), "paper", prefer=-1)
+            selection.choose(limited("dmu50v", tool_side=(-5, 40)), self.tilts([11]), "paper", prefer=-1)
 
     @pytest.mark.parametrize(
         ("angles", "expected"),
@@ -476,11 +476,13 @@ def test_wrong_arguments(dmu50v, blade, wrong, message):
 
 KINDS = {
     "endless table": lambda: limited("ac_table"),
-    "table that ends": lambda: limited("ac_table", outer=(-200, 200)),
-    "table with windings": lambda: limited("dmu50v", outer=(-400, 380), inner=(-170, 190)),
-    "head with windings": lambda: limited("ac_head", outer=(-360, 360)),
+    "table that ends": lambda: limited("ac_table", workpiece_side=(-200, 200)),
+    "table with windings": lambda: limited("dmu50v", workpiece_side=(-400, 380), tool_side=(-170, 190)),
+    "head with windings": lambda: limited("ac_head", workpiece_side=(-360, 360)),
     "head without rates": lambda: limited("nutating_head", rates=False),
-    "narrow head and table": lambda: limited("nutating_head_table", outer=(-100, 190), inner=(-120, 181)),
+    "narrow head and table": lambda: limited(
+        "nutating_head_table", workpiece_side=(-100, 190), tool_side=(-120, 181)
+    ),
 }
 MACHINES = {name: make() for name, make in KINDS.items()}
 
@@ -490,8 +492,8 @@ def random_path(kin, rng):
     count, derived = int(rng.integers(1, 13)), kin.inverse_symbolic
     joints = np.cumsum(rng.normal(size=(count, 5)) * [5, 5, 5, *[rng.choice([0.02, 0.1, 0.5, 1.5])] * 2], axis=0)
     if rng.random() < 0.3:
-        inner = float(sum(derived.solutions) / 2) + rng.normal(size=count) * 0.05
-        joints[:, kin.symbols.index(derived.inner)] = inner
+        tool_side = float(sum(derived.solutions) / 2) + rng.normal(size=count) * 0.05
+        joints[:, kin.symbols.index(derived.tool_side)] = tool_side
     cl = cldata.from_arrays(*kin.forward(joints))
     axes, rapid = cl.axes.copy(), rng.random(count) < rng.choice([0, 0.3])
     if kin.reach[0] == 0 and rng.random() < 0.6:
@@ -509,13 +511,15 @@ def options(rng):
 
 
 def beyond_the_short_way(kin, branch, start, end):
-    """How many whole turns the outer axis makes on a branch beyond its short way, by walking."""
+    """How many whole turns the workpiece-side axis makes on a branch beyond its short way, by walking."""
     arc = np.arccos(np.clip(start @ end, -1, 1))
     t = np.linspace(0, 1, 201)
 
     def walked(t):
         axes = (np.sin((1 - t) * arc)[:, None] * start + np.sin(t * arc)[:, None] * end) / np.sin(arc)
-        return axes, kin.inverse(np.zeros(3), axes)[:, branch, kin.symbols.index(kin.inverse_symbolic.outer)]
+        return axes, kin.inverse(np.zeros(3), axes)[
+            :, branch, kin.symbols.index(kin.inverse_symbolic.workpiece_side)
+        ]
 
     nearest = t[np.argmax(np.abs(walked(t)[0] @ np.array(kin.inverse_symbolic.pole, float)))]
     t = np.unique(np.clip(np.r_[t, nearest + np.outer([-1, 1], np.geomspace(1e-9, 0.01, 400)).ravel()], 0, 1))
@@ -534,12 +538,12 @@ def matrices(kin, cl, found, sway):
     solution = np.arange(steps.shape[1]) // np.prod(
         [len(selection.windings(*ends)) for ends in kin.machine.limits[3:]]
     )
-    further, outer = np.zeros(steps.shape), kin.symbols.index(kin.inverse_symbolic.outer)
+    further, workpiece_side = np.zeros(steps.shape), kin.symbols.index(kin.inverse_symbolic.workpiece_side)
     beside = [nearest_to_singular(kin, *ends, (0, np.pi)) > 0.01 * sway for ends in itertools.pairwise(cl.axes)]
     for move in np.flatnonzero(np.array(beside, bool) & ~cl.rapid[1:]):
         for branch in (0, 1):
             more = 2 * np.pi * beyond_the_short_way(kin, branch, *cl.axes[move : move + 2])
-            further[move, ..., outer] += more * ((solution[:, None] == branch) & (solution == branch))
+            further[move, ..., workpiece_side] += more * ((solution[:, None] == branch) & (solution == branch))
     steps += further * endless
     over = (found.branch[:, None] != found.branch) & ~np.reshape(away < sway, (-1, 1, 1))
     over = over | (np.abs(steps - further)[..., 3:] > np.pi + 1e-9).any(axis=-1)
@@ -629,7 +633,7 @@ def test_shortest_takes_the_cheapest_of_the_moves_that_break_least(name):
 
 def test_costs_are_not_lost_beside_breaks():
     """After many breaks a tiny difference of cost still decides."""
-    kin = limited("ac_table", outer=(-100, 260), inner=(-50, 50))
+    kin = limited("ac_table", workpiece_side=(-100, 260), tool_side=(-50, 50))
     cl = turning(40, count=600)
     chosen = selection.choose(kin, cl, split=True)
     found = selection.candidates(kin, cl.points, cl.axes)
@@ -678,10 +682,10 @@ def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monk
         assert_same(outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by)), expected)  # noqa: B023
 
 
-@pytest.mark.parametrize("outer", [None, (-370, 370)])
-def test_beside_the_pole_of_a_45_degree_machine_the_outer_axis_turns_more_than_half_a_turn(outer):
+@pytest.mark.parametrize("workpiece_side", [None, (-370, 370)])
+def test_beside_the_pole_of_a_45_degree_machine_the_workpiece_side_axis_turns_more_than_half_a_turn(workpiece_side):
     """Two records on both sides of the pole: it turns as it does through many records between them."""
-    kin, rng, over = limited("nutating_head_table", outer=outer), np.random.default_rng(2), 0
+    kin, rng, over = limited("nutating_head_table", workpiece_side=workpiece_side), np.random.default_rng(2), 0
     for _ in range(40):
         side, towards = 10 ** rng.uniform(-3.5, -1.5) * rng.choice([-1, 1]), rng.uniform(0, 2 * np.pi)
         t = np.linspace(-rng.uniform(0.02, 0.5), rng.uniform(0.02, 0.5), 2001)[:, None]
@@ -701,7 +705,10 @@ def test_beside_the_pole_of_a_45_degree_machine_the_outer_axis_turns_more_than_h
 def test_many_windings():
     """A limit of a hundred turns is as good as none."""
     cl = turning(3, count=100)
-    limits, endless = (selection.choose(limited("ac_table", outer=outer), cl) for outer in ((-36000, 36000), None))
+    limits, endless = (
+        selection.choose(limited("ac_table", workpiece_side=workpiece_side), cl)
+        for workpiece_side in ((-36000, 36000), None)
+    )
     np.testing.assert_allclose(limits.joints, endless.joints, atol=1e-9)
     assert limits.breaks == ()
 
@@ -710,7 +717,7 @@ def test_many_windings():
 def test_a_limit_of_many_turns_that_is_met_is_kept(strategy, monkeypatch):
     """More turns than travel has, one way: the path is split, as often as all windings together say."""
     cl = turning(12, count=200)
-    wide = limited("ac_table", outer=(-1900, 1900))
+    wide = limited("ac_table", workpiece_side=(-1900, 1900))
     chosen = selection.choose(wide, cl, strategy, split=True)
     assert wide.machine.within(chosen.joints).all()
     monkeypatch.setattr(selection, "MANY", np.inf)

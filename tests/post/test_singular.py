@@ -29,16 +29,16 @@ def test_measure_is_the_area_that_the_tool_axis_sweeps(kin):
     jacobian = np.stack(columns, axis=-1)
     area = np.sqrt(np.linalg.det(np.swapaxes(jacobian, -1, -2) @ jacobian))
     np.testing.assert_allclose(singular.closeness(kin, kin.forward(joints)[1]), area, atol=1e-8)
-    inner = kin.inverse_symbolic.inner
-    measure = sp.lambdify(inner, singular.measure(kin))(joints[:, kin.symbols.index(inner)])
+    tool_side = kin.inverse_symbolic.tool_side
+    measure = sp.lambdify(tool_side, singular.measure(kin))(joints[:, kin.symbols.index(tool_side)])
     np.testing.assert_allclose(np.abs(measure), area, atol=1e-8)
 
 
 def test_closed_forms():
     tilted = Kinematics(machine.load(DATA / "machines/dmu50v.toml"))
     trunnion = Kinematics(machine.load(DATA / "machines/ac_table.toml"))
-    assert sp.simplify(singular.measure(tilted) ** 2 - sp.sin(tilted.inverse_symbolic.inner) ** 2 / 4) == 0
-    assert sp.simplify(singular.measure(trunnion) ** 2 - sp.sin(trunnion.inverse_symbolic.inner) ** 2) == 0
+    assert sp.simplify(singular.measure(tilted) ** 2 - sp.sin(tilted.inverse_symbolic.tool_side) ** 2 / 4) == 0
+    assert sp.simplify(singular.measure(trunnion) ** 2 - sp.sin(trunnion.inverse_symbolic.tool_side) ** 2) == 0
     axis = tilted.forward([0, 0, 0, 2.335, 0], degrees=True)[1]
     assert np.degrees(singular.distance(tilted, axis)) == pytest.approx(1.651, abs=0.0005)
     assert singular.amplification(tilted, axis) == pytest.approx(34.711, abs=0.001)
@@ -47,16 +47,18 @@ def test_closed_forms():
     assert singular.amplification(trunnion, axis) == pytest.approx(24.5, abs=0.05)
 
 
-def test_amplification_is_what_the_outer_axis_does(kin):
-    """The largest |∂outer/∂n| over all directions of a small turn, by the inverse kinematics."""
+def test_amplification_is_what_the_workpiece_side_axis_does(kin):
+    """The largest |∂workpiece_side/∂n| over all directions of a small turn, by the inverse kinematics."""
     axis = kin.forward(random_joints(kin, 60, seed=2)[40:])[1]
-    outer = kin.symbols.index(kin.inverse_symbolic.outer)
+    workpiece_side = kin.symbols.index(kin.inverse_symbolic.workpiece_side)
     side = np.cross(axis, [0.36, 0.48, 0.8])
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     step, largest = 1e-6, 0
     for direction in np.linspace(0, np.pi, 181):
         turn = np.cos(direction) * side + np.sin(direction) * np.cross(axis, side)
-        before, after = (kin.inverse([0, 0, 0], axis + sign * step * turn)[:, 0, outer] for sign in (-1, 1))
+        before, after = (
+            kin.inverse([0, 0, 0], axis + sign * step * turn)[:, 0, workpiece_side] for sign in (-1, 1)
+        )
         largest = np.maximum(largest, np.abs((after - before + np.pi) % (2 * np.pi) - np.pi) / (2 * step))
     np.testing.assert_allclose(singular.amplification(kin, axis), largest, rtol=2e-3)
 
@@ -114,7 +116,7 @@ def test_a_move_at_the_very_rate_of_an_axis_is_no_region(dmu50v, axis):
 
 
 def test_nearest_is_what_dense_sampling_finds(kin):
-    """Great circles of any length, by either end of reach; and nearest to the outer axis."""
+    """Great circles of any length, by either end of reach; and nearest to the workpiece-side axis."""
     start, end = kin.forward(random_joints(kin, 240, seed=3)[:200])[1].reshape(2, 100, 3)
     t = np.linspace(0, 1, 4001)[:, None, None]
     arc = np.arccos(np.vecdot(start, end))[:, None]
@@ -170,13 +172,13 @@ def test_ways_through(crossing, name):
     if name == "retract":
         assert way.lifted.any() and np.linalg.norm(tip - tips, axis=1)[way.lifted].min() > 9.9
     if name == "cubic":  # smooth into and out of the region
-        outer = crossing.kin.outer
-        slope = np.diff(way.joints[:, outer]) / np.diff(way.place)
-        before = np.diff(crossing.joints[:, outer])[crossing.first - 1]
+        workpiece_side = crossing.kin.workpiece_side
+        slope = np.diff(way.joints[:, workpiece_side]) / np.diff(way.place)
+        before = np.diff(crossing.joints[:, workpiece_side])[crossing.first - 1]
         assert abs(slope[0] - before) < 0.2 * np.abs(slope).max()
 
 
-def test_moving_aside_slows_the_outer_axis():
+def test_moving_aside_slows_the_workpiece_side_axis():
     kin = Kinematics(machine.load(DATA / "machines/ac_table.toml"))
     cl = pass_by(kin, 0.002, count=41)
     joints = selection.choose(kin, cl, prefer=1).joints

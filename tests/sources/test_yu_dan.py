@@ -33,7 +33,7 @@ def table_2_joints(dmu50v, blade, table_2):
 
 def test_every_b_from_k_as_printed(dmu50v, table_2):
     derived = dmu50v.inverse_symbolic
-    cosine = derived.equation.lhs.coeff(sp.cos(derived.inner))
+    cosine = derived.equation.lhs.coeff(sp.cos(derived.tool_side))
     tilt = numeric(sp.acos(derived.equation.rhs / cosine), derived.axis)
     printed = np.loadtxt(DATA / "tables/yu_dan_table_1.csv", delimiter=",", skiprows=2)[:, 4:]
     np.testing.assert_array_equal(np.degrees(tilt(*printed.T)).round(3), table_2[:, 3])

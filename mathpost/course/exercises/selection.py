@@ -16,8 +16,8 @@ from mathpost.sources import yu_dan
 from mathpost.sources.yu_dan import equation_8
 
 
-@define("05-outer", Angle(decimals=2))
-def outer(branch=0, column=4, swapped=False):
+@define("05-turn", Angle(decimals=2))
+def turned(branch=0, column=4, swapped=False):
     """The sine product i·sin A is negative, and so is the cosine product −j·sin A: C lies in the third quadrant."""
     angle = load("ac_table").inverse([0, 0, 0], [-0.48, 0.36, 0.8], degrees=True)[branch, column]
     return 90 - angle if swapped else angle
