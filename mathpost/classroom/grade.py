@@ -2,27 +2,24 @@
 
 Answers are judged anew from what the notebooks store, so an edited verdict shows, and no student's code is run. A
 right answer copied from a neighbour cannot be told from any other. `handed_in` finds whose files are whose,
-`grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
+`judged` looks at one file, `grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
 """
 
-import hashlib
-import json
 import math
 import tempfile
+import time
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
+from mathpost.bounds import TooLarge, bounded
+from mathpost.classroom import judged
 from mathpost.classroom.handed_in import collect
 from mathpost.course import exercise
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError
 from mathpost.toml_table import read_toml
-from mathpost.workbook import check_file
-from mathpost.workbook.folder import DAMAGED
-from mathpost.workbook.report import Fault, FileReport
-from mathpost.workbook.sheet.file import read
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
@@ -40,6 +37,8 @@ RULES = {  # the keys of a rules file: a check of the value, and what is expecte
 }
 FILE, TEXT = "the same file", "the same answers and the same text of cells"
 CELLS = "the same formulas and numbers"
+DUPLICATED, RETYPED = "checked in more than one cell", "its check is not as it was handed out"
+SECONDS = 120.0  # of the processor, for all that one student handed in
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 
@@ -63,8 +62,9 @@ class Result:
     verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` in the notebooks
     edited: list = field(default_factory=list)  # exercises whose saved verdict does not fit the answer
     mixups: set = field(default_factory=set)  # (exercise, sentence) of each mix-up found
-    workbooks: list = field(default_factory=list)  # of `mathpost.workbook.report.FileReport`
-    trouble: list = field(default_factory=list)  # (file, why): not read, or empty
+    workbooks: list = field(default_factory=list)  # of `judged.Workbook`
+    trouble: list = field(default_factory=list)  # (file, why): not read, too large, or empty
+    changed: list = field(default_factory=list)  # (file, exercise, what): whose check is not the course's one cell
     lessons: set = field(default_factory=set)  # numbers of the lessons handed in
     unknown: dict = field(default_factory=dict)  # exercise not defined here → what the notebook says
     reran: dict = field(default_factory=dict)  # exercise → status when run, if it is not the saved one
@@ -137,8 +137,7 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
     handed_out = sorted(Path(lessons).rglob("*.ipynb") if lessons else (COURSE / "notebooks").glob("*.ipynb"))
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
-        course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
-        course |= {source for path in handed_out for source in _sources(exercise.notebook(path)["cells"])}
+        course = _handed_out(handed_out)
         slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
         step = (lambda name: progress(next(done), slow, name)) if progress else str
         results = [_student(each, course, rerun, step) for each in students]
@@ -149,6 +148,14 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
     asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
     exercises = [name for name in sorted(EXERCISES) if {name, lesson_of(name)} & asked]
     return Class(results, exercises, rules, same)
+
+
+def _handed_out(notebooks):
+    """Digests of the course's notebooks, workbooks and cells; "check of 01-sign" for each exercise in them."""
+    files = (*notebooks, *(COURSE / "data").glob("**/*.xlsx"))
+    sources = [judged.source(cell) for path in notebooks for cell in exercise.notebook(path)["cells"]]
+    checks = {f"check of {name}" for text in sources for name in exercise.asked(text)}
+    return {judged.digest(path.read_bytes()) for path in files} | set(map(judged.digest, sources)) | checks
 
 
 def _say_whose_numbers(results):
@@ -178,30 +185,31 @@ def read_rules(path):
     return Rules(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
 
 
-def digest(path):
-    """The SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 def lesson_of(name):
     """The number of the lesson of an exercise, as text."""
     return name.split("-")[0]
 
 
-def _student(student, course, rerun, step):
-    """Judge one student's files; `course` holds the digests of files and the sources of cells handed out."""
-    result = Result(student.name, trouble=list(student.refused))
+def _student(student, handed_out, rerun, step):
+    """Judge one student's files; `handed_out` are the digests of the course's files and of its cells."""
+    result, tried, begun = Result(student.name, trouble=list(student.refused)), {}, time.process_time()
     for path in (*student.notebooks, *student.workbooks):
         kind = "a notebook" if path in student.notebooks else "a workbook"
         try:
             if not path.stat().st_size:
                 raise InputError(path.name, kind, "an empty file")
-            if kind == "a workbook":
-                _workbook(result, path, course)
-            else:
-                _notebook(result, path, course, rerun)
+            if (left := SECONDS - (time.process_time() - begun)) <= 0:
+                raise TooLarge(f"more than {SECONDS:g} s for the files before it")
+            with bounded(left):
+                content = judged.digest(path.read_bytes())
+                if kind == "a notebook":
+                    _notebook(result, path, content, judged.notebook(path, tried), handed_out, rerun)
+                elif content not in handed_out:
+                    _workbook(result, path, content, judged.workbook(path))
         except InputError as error:
             result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
+        except TooLarge as error:
+            result.trouble.append((path.name, f"unclear: too large ({error})"))
         except FAULTS as error:
             result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
         except OSError as error:
@@ -213,17 +221,14 @@ def _student(student, course, rerun, step):
     return result
 
 
-def _notebook(result, path, course, rerun):
+def _notebook(result, path, content, found, handed_out, rerun):
     """Add the answers in one notebook, and what differs when it is run."""
-    cells = exercise.notebook(path)["cells"]
-    verdicts = exercise.judged(cells, path)
     result.notebooks += 1
-    sources = _sources(cells)
-    if not any(sources):
+    if not found.cells:
         result.trouble.append((path.name, "no cell has anything in it"))
-    names = {name for source in sources for name in exercise.asked(source)} | {each.name for each in verdicts}
+    names = {name for each in found.cells for name in each.asks} | {each.name for each in found.verdicts}
     result.lessons |= {lesson_of(name) for name in names & EXERCISES.keys()}
-    for each in verdicts:
+    for each in found.verdicts:
         if each.edited and each.name not in result.edited:
             result.edited.append(each.name)
         if each.mixup:
@@ -235,34 +240,35 @@ def _notebook(result, path, course, rerun):
             result.numbers.add(each.student)
         best = max(result.verdicts.get(each.name, each), each, key=lambda verdict: ORDER.index(verdict.status))
         result.verdicts[each.name] = best
-    answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
-    own = [source for source in sources if source and source not in course]
-    if (own or answers != "[]") and (content := digest(path)) not in course:
-        result.works += [(FILE, path.name, content), (TEXT, path.name, (answers, own))]
+    result.changed += [(path.name, *each) for each in _changed(found, handed_out)]
+    own = [(each.source, each.length) for each in found.cells if each.source not in handed_out]
+    if (own or found.answers) and content not in handed_out:
+        result.works += [(FILE, path.name, content), (TEXT, path.name, (found.answers, own))]
     if rerun:
-        before = {each.name: each.status for each in verdicts}
-        after = {each.name: each.status for each in exercise.saved(rerun(path))}
+        before = {each.name: each.status for each in found.verdicts}
+        after = {each.name: each.status for each in judged.notebook(rerun(path), {}).verdicts}
         run = {name: after.get(name, OPEN) for name in before.keys() | after.keys()}
         result.reran |= {name: status for name, status in run.items() if status != before.get(name, OPEN)}
 
 
-def _workbook(result, path, course):
+def _changed(found, handed_out):
+    """Yield the exercises whose check is not the course's one cell, and what was done to it."""
+    checks = Counter(name for each in found.cells for name in dict.fromkeys(each.asks))
+    kept = {name for each in found.cells if each.source in handed_out for name in each.asks}
+    for name, cells in checks.items():
+        if cells > 1:
+            yield name, DUPLICATED
+        elif name not in kept and f"check of {name}" in handed_out:
+            yield name, RETYPED
+
+
+def _workbook(result, path, content, found):
     """Add the check of one workbook."""
-    if (content := digest(path)) in course:
-        return
-    try:
-        report = check_file(path)
-    except InputError as error:
-        result.workbooks.append(FileReport(path, DAMAGED, [Fault("", "", f"{error.expected}: {error.found}")]))
-        raise
-    result.workbooks.append(report)
-    cells = {place: cell.formula or cell.number for place, cell in read(path).cells.items()}
-    result.works += [(FILE, path.name, content), (CELLS, path.name, frozenset(cells.items()))]
-
-
-def _sources(cells):
-    """The sources of the cells, without trailing spaces."""
-    return ["\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip() for cell in cells]
+    result.workbooks.append(found)
+    if found.why:
+        result.trouble.append((path.name, found.why))
+    if found.content:
+        result.works += [(FILE, path.name, content), (CELLS, path.name, found.content)]
 
 
 def _same(results):
@@ -274,7 +280,7 @@ def _same(results):
         if kind == TEXT:
             answers, texts = content
             beyond = tuple(t for t in texts if len(results) < 10 or has[t] <= SHARED_BY_CLASS * len(results))
-            content = (answers, beyond) if sum(map(len, beyond)) >= TEXT_ENOUGH else ""
+            content = (answers, beyond) if sum(length for _, length in beyond) >= TEXT_ENOUGH else ""
         having[kind][content].append((student, file))
     found = {}
     for kind, groups in having.items():

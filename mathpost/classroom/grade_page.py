@@ -46,13 +46,15 @@ def to_csv(graded, language="en"):
     rows = [[*head, "percent_correct", "edited", "same_as", "trouble"]]
     for result in graded.results:
         statuses = [say(language, result.status(name) or "not handed in") for name in graded.exercises]
-        wrong = [fault for book in result.workbooks for fault in book.faults[:1] if fault.cell]
+        wrong = [book for book in result.workbooks if book.cell]
         mark = graded.mark(result)
         same = {name for _, _, who in graded.same if result.name in who for name in who} - {result.name}
         row = [result.name, *statuses, *graded.points(result)]
         row += ["; ".join(each.cell for each in wrong), "; ".join(say(language, each.cause) for each in wrong)]
         row += ["" if mark is None else f"{mark:.1f}", " ".join(result.edited), "; ".join(sorted(same))]
-        rows.append([*row, "; ".join(f"{file}: {why}" if file else why for file, why in result.trouble)])
+        trouble = [f"{file}: {why}" if file else why for file, why in result.trouble]
+        trouble += [f"{name}: {say(language, what)}" for _, name, what in result.changed]
+        rows.append([*row, "; ".join(trouble)])
     return csv_text(rows)
 
 
@@ -68,7 +70,7 @@ def to_html(graded, language="en"):
         look=list(_attention(graded, language)),
         lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
         books=books,
-        causes=Counter(say(language, each.cause) for _, book in books for each in book.faults[:1] if each.cause),
+        causes=Counter(say(language, each.cause) for _, each in books if each.cause),
         marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
         edited=EDITED,
         mark=partial(_mark, graded),
@@ -88,6 +90,8 @@ def _attention(graded, language):
     for result in graded.results:
         for file, trouble in result.trouble:
             yield result.name, file, "not read", trouble
+        for file, name, what in result.changed:
+            yield result.name, file, what, name
         for name in result.edited:
             judged = result.verdicts[name]
             said = [say(language, judged.status), *([why(language, judged)] if judged.status != OPEN else [])]
@@ -97,8 +101,8 @@ def _attention(graded, language):
         for name, status in result.reran.items():
             yield result.name, name, "different when the notebook is run", say(language, status)
         for book in result.workbooks:
-            if book.verdict == "unclear":
-                yield result.name, book.path.name, "workbook not judged to the end", f"{book.checked}/{book.total}"
+            if book.verdict == "unclear" and not book.why:
+                yield result.name, book.name, "workbook not judged to the end", f"{book.checked}/{book.total}"
 
 
 @cache

@@ -18,6 +18,7 @@ from mathpost.errors import InputError
 NOTEBOOKS = {".ipynb"}
 WORKBOOKS = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et"}
 FILE_LIMIT, ZIP_LIMIT, COUNT_LIMIT = 64 * 2**20, 256 * 2**20, 2000  # bytes of a file and a zip unpacked, members
+STUDENT_LIMIT, DEEPEST = 200, 40  # notebooks or workbooks of a student, folders in folders
 MOODLE = re.compile(r"_\d+_assignsubmission_file_?.*$")
 SEPARATORS = " _-–—.()（）[]【】+"
 PASSED_OVER = {"__MACOSX", "node_modules", "venv"}
@@ -31,6 +32,7 @@ class Student:
     notebooks: list = field(default_factory=list)  # of Path
     workbooks: list = field(default_factory=list)
     refused: list = field(default_factory=list)  # (file, why it was not opened)
+    unpacked: int = 0  # bytes, of all zips
 
 
 def collect(folder, unpacked, lessons=()):
@@ -51,18 +53,26 @@ def collect(folder, unpacked, lessons=()):
         _take(path, student, unpacked / str(number), path.name)
     if not found:
         raise InputError(str(folder), "notebooks, workbooks, zips, or a folder for each student", "nothing")
+    for student in found.values():
+        for files in (student.notebooks, student.workbooks):
+            if len(files) > STUDENT_LIMIT:
+                student.refused.append(("", f"only the first {STUDENT_LIMIT} of {len(files)} files were read"))
+                del files[STUDENT_LIMIT:]
     return [found[name] for name in sorted(found)]
 
 
-def unzip(path, target):
-    """Unpack a zip; raise `InputError` if it is broken, leads out of `target`, holds links, or is too large."""
+def unzip(path, target, limit=ZIP_LIMIT):
+    """Unpack a zip and return its size unpacked.
+
+    There is an `InputError` if it is broken, leads out of `target`, holds links, or has more than `limit` bytes.
+    """
     try:
         with zipfile.ZipFile(path) as packed:
             members = [each for each in packed.infolist() if not each.is_dir()]
             size = sum(each.file_size for each in members)
-            if len(members) > COUNT_LIMIT or size > ZIP_LIMIT:
-                limit = f"at most {COUNT_LIMIT} files and {ZIP_LIMIT // 2**20} MB unpacked"
-                raise InputError(str(path), limit, f"{len(members)} files, {size / 2**20:.0f} MB")
+            if len(members) > COUNT_LIMIT or size > limit:
+                expected = f"at most {COUNT_LIMIT} files and {limit // 2**20} MB unpacked"
+                raise InputError(str(path), expected, f"{len(members)} files, {size / 2**20:.0f} MB")
             for member in members:
                 name = _said(member)
                 parts = PurePosixPath(name.replace("\\", "/")).parts
@@ -73,6 +83,7 @@ def unzip(path, target):
                 place = target.joinpath(*parts)
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_bytes(packed.read(member))  # at most the size that the zip declares
+            return size
     except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zipfile.zlib.error) as error:
         raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
 
@@ -141,7 +152,9 @@ def _take(path, student, unpacked, said):
             if "zip" in unpacked.parts:
                 raise InputError(said, "files", "a zip in a zip")
             folder = unpacked = unpacked / "zip"
-            unzip(path, folder)
+            student.unpacked += unzip(path, folder, ZIP_LIMIT - student.unpacked)
+        if said.count("/") > DEEPEST:
+            raise InputError(said, f"at most {DEEPEST} folders in each other", "more")
         if folder.is_dir():
             for number, inner in enumerate(_entries(folder)):
                 _take(inner, student, unpacked / str(number), f"{said}/{inner.name}")

@@ -9,7 +9,7 @@ import html
 import json
 import re
 from contextlib import contextmanager, nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
@@ -174,29 +174,46 @@ def saved(path):
 
 
 def judged(cells, where):
-    """Judge the answers in the cells of a notebook anew and return the verdicts; errors name `where`.
+    """Judge the answers in the cells of a notebook anew and return the verdicts; errors name `where`."""
+    return [judged_anew(each) for each in stored(cells, where)]
 
-    A verdict is `edited` if the notebook says something else. For an exercise that is not defined here, the verdict
-    is what the notebook says.
-    """
+
+@dataclass(frozen=True)
+class Stored:
+    """An answer as a notebook holds it."""
+
+    name: str  # of the exercise
+    said: str  # the status that the notebook gives it
+    answer: str  # JSON
+    student: str  # whose drawn numbers it is for; "" for those of the lesson
+
+
+def stored(cells, where):
+    """Return the `Stored` answers in the cells of a notebook; errors name `where`."""
     found = []
     try:
         for cell in cells:
             asks = cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"])
             for shown in (output.get("data", {}) for output in cell["outputs"]) if asks else ():
-                stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
+                answer, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
                 said = SAID.findall("".join(shown.get("text/plain", "")))
-                found += [(*each, stored, str(whose or "")) for each in said]
+                text, whose = json.dumps(answer), str(whose or "")
+                found += [Stored(*each, text, whose) for each in said]
     except (KeyError, TypeError, AttributeError):
         raise InputError(str(where), "a notebook", "something else") from None
-    verdicts = []
-    for name, said, stored, whose in found:
-        if name in EXERCISES:
-            verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
-            verdicts.append(replace(verdict, edited=verdict.status != said))
-        else:
-            verdicts.append(Verdict(name, said, "This exercise is not defined here.", stored))
-    return verdicts
+    return found
+
+
+def judged_anew(found):
+    """Return the verdict on a `Stored` answer, `edited` if the notebook says something else.
+
+    For an exercise that is not defined here, it is what the notebook says.
+    """
+    if found.name not in EXERCISES:
+        answer = json.loads(found.answer)
+        return Verdict(found.name, found.said, "This exercise is not defined here.", answer)
+    verdict = EXERCISES[found.name].of(found.student).anew(found.answer)
+    return replace(verdict, edited=verdict.status != found.said)
 
 
 def answered(folder="."):

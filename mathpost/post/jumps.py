@@ -54,13 +54,13 @@ def jumps(kin: Kinematics, cl: CLData, joints: np.ndarray, least: float = JUMP) 
 
 def _at_the_pole(kin, cl, record):
     """A sentence if the tool axis passes near a singular one."""
-    if kin.inner is None:
+    if kin.tool_side is None:
         return
     _, away = singular.nearest(kin, cl.axes[record, None], cl.axes[record + 1, None])
     if away[0] < NEAR:
         yield (
             f"The tool axis passes {np.degrees(away[0]):.2f}° from the pole, "
-            f"where {kin.machine.joint_names[kin.outer]} has to turn far."
+            f"where {kin.machine.joint_names[kin.workpiece_side]} has to turn far."
         )
 
 

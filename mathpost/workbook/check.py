@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from mathpost.bounds import TooLarge, bounded
 from mathpost.workbook.meaning.given import QUATERNION
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.meaning.nc_table import looked_at
 from mathpost.workbook.meaning.recognise import Recognised
-from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
+from mathpost.workbook.report import CONSEQUENCE, RIGHT, TOO_LARGE, UNCLEAR, WRONG, FileReport, Judgement
 from mathpost.workbook.sheet.edits import INVERSE
-from mathpost.workbook.sheet.file import EMPTY, TooLarge, read
+from mathpost.workbook.sheet.file import EMPTY, read
 from mathpost.workbook.sheet.formula import areas, heads
 from mathpost.workbook.sheet.graph import Graph, same
 from mathpost.workbook.sheet.neighbours import as_around, typed_over
@@ -56,9 +57,10 @@ def check_file(path, task=None):
     ('wrong', 'ZXZ!J38', 'transposed')
     """
     try:
-        return _checked(path, task or Task())
+        with bounded():
+            return _checked(path, task or Task())
     except TooLarge as error:
-        return FileReport(Path(path), seen=[f"not judged: too large ({error})"])
+        return FileReport(Path(path), seen=[f"{TOO_LARGE} ({error})"])
 
 
 def _checked(path, task):

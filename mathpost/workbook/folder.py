@@ -13,6 +13,7 @@ from openpyxl.comments import Comment
 from openpyxl.styles import PatternFill
 from openpyxl.utils.cell import coordinate_to_tuple
 
+from mathpost.bounds import bounded
 from mathpost.errors import InputError, OutputError
 from mathpost.files import csv_text, write_bytes
 from mathpost.workbook.check import check_file
@@ -122,12 +123,25 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
         except Exception as error:  # whatever it is: the other files are still checked
             rows.append((name, DAMAGED, "", "", "", f"not judged: {type(error).__name__}: {error}"))
         else:
-            rows.append((name, *_row(report)))
+            *row, why = _row(report)
             if out and path.suffix.lower() == ".xlsx":
-                mark(report, out[0] / name)
+                why = f"{why} {_marked(report, out[0] / name)}".strip()
+            rows.append((name, *row, why))
         if progress is not None:
             progress(done, len(paths), path)
     return Summary(tuple(rows), language)
+
+
+def _marked(report, out):
+    """Mark one of many; what keeps it from being marked is returned, and ends nothing."""
+    try:
+        with bounded():
+            mark(report, out)
+    except OutputError:
+        raise
+    except Exception as error:  # whatever it is, as in the check
+        return f"(not marked: {error or type(error).__name__})"
+    return ""
 
 
 def _row(report):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "unclear"
+TOO_LARGE = "not judged: too large"
 # A spreadsheet's green, red and amber; what was not judged is grey.
 STATUS_COLOUR = {RIGHT: "#c6efce", WRONG: "#ffc7ce", CONSEQUENCE: "#ffeb9c", UNCLEAR: "#d9d9d9"}
 

@@ -16,7 +16,7 @@ import pytest
 from jinja2 import Environment, nodes
 
 from mathpost.classroom import grade_page
-from mathpost.classroom.grade import CELLS, FILE, TEXT, Rules, grade, read_rules
+from mathpost.classroom.grade import CELLS, DUPLICATED, FILE, RETYPED, TEXT, Rules, grade, read_rules
 from mathpost.classroom.handed_in import collect, unzip
 from mathpost.course import exercise
 from mathpost.course.answers import Number
@@ -274,7 +274,7 @@ def test_workbooks_beside_notebooks(tmp_path):
     graded = grade(folder, Rules(exercises=("01-sign",), workbooks=3.0), progress=lambda *step: said.append(step))
     found = by_name(graded)
     (wrong,) = found["李雷"].workbooks
-    assert (wrong.verdict, wrong.faults[0].cause) == ("wrong", "transposed") and "!" in wrong.faults[0].cell
+    assert (wrong.verdict, wrong.cause) == ("wrong", "transposed") and "!" in wrong.cell
     assert graded.same == [(CELLS, "作业.xlsx", ["李雷", "韩梅梅"])]
     assert not found["course"].workbooks, "the course's own workbook is nobody's work"
     assert found["坏"].workbooks[0].verdict == "not read" and found["坏"].trouble
@@ -361,14 +361,15 @@ def test_every_word_of_the_report_has_its_chinese_and_no_other():
     said = (
         {text.value for text in page.find_all(nodes.Const)}
         | set(texts(program))
-        | {RIGHT, WRONG, OPEN, "", FILE, TEXT, CELLS}
+        | {RIGHT, WRONG, OPEN, "", FILE, TEXT, CELLS, DUPLICATED, RETYPED}
     )
     words = grade_page.sections()["report"]
     assert words.keys() <= said, "Chinese for what is never said"
     calls = [call for call in page.find_all(nodes.Call) if getattr(call.node, "name", "") in ("say", "section")]
     asked = {text.value for call in calls for text in call.find_all(nodes.Const) if text.value is not None}
     calls = [node for node in ast.walk(program) if getattr(getattr(node, "func", None), "id", "") == "say"]
-    asked |= {text for call in calls for argument in call.args for text in texts(argument)} | {FILE, TEXT, CELLS}
+    asked |= {text for call in calls for argument in call.args for text in texts(argument)}
+    asked |= {FILE, TEXT, CELLS, DUPLICATED, RETYPED}
     assert len(asked) > 30 and asked - words.keys() == {"not handed in"} - words.keys()
 
 

@@ -199,8 +199,10 @@ def test_any_machine_any_path(any_machine, seed, step, tcp, singular, granted, r
     assert np.degrees(np.linalg.norm(axis[at_record] - axes, axis=1).max()) <= result.report.axis_error + 1e-9
     assert result.report.path_tip_error <= 0.02 and result.report.path_axis_error <= granted
     if not tcp:
-        tips, axes = cl.at(result.place)
-        ends = {"tips": (tips[:-1], tips[1:]), "axes": (axes[:-1], axes[1:])}
+        place = result.place.round(9)
+        tips, _ = cl.at(place)
+        between = cl.axes[np.floor(place[:-1]).astype(int)], cl.axes[np.ceil(place[1:]).astype(int)]
+        ends = {"tips": (tips[:-1], tips[1:]), "axes": between}  # the whole arc, wherever on it the blocks are
         tip, axis = deviation(kin, blocks.joints[:-1], blocks.joints[1:], **ends, least=512)
         known = ~blocks.rapid[1:] | control.load(dialect).rapid_interpolated  # moves whose way is known
         assert tip[known].max(initial=0) <= result.report.path_tip_error + 1e-12

@@ -16,6 +16,7 @@ from openpyxl.utils import get_column_letter, range_boundaries
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.worksheet.formula import ArrayFormula, DataTableFormula
 
+from mathpost.bounds import TooLarge
 from mathpost.errors import NUMBER, InputError, OutputError
 from mathpost.workbook.sheet.formula import Area
 from mathpost.workbook.sheet.safety import inspect
@@ -23,10 +24,6 @@ from mathpost.workbook.sheet.safety import inspect
 COLUMN_LIMIT = 200
 MOST_CELLS = 300_000
 NUMBER_AS_TEXT = re.compile(r"[-+−–]?\d+(?:[.,]\d+)?°?")
-
-
-class TooLarge(Exception):
-    """A workbook that takes more time or memory than a check may; the message names the figure."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +117,7 @@ def _read(file, path, rows):
                     raise TooLarge(f"more than {MOST_CELLS} cells")
                 notes += [f"only the first {rows} rows of sheet {sheet.title} were read"] * more
                 names.update(_names(getattr(sheet, "defined_names", {}), sheet.title))
-    except TooLarge:
+    except (TooLarge, MemoryError):
         raise
     except Exception as error:  # openpyxl raises whatever its parser meets
         raise InputError(str(path), "an .xlsx workbook", f"one that cannot be read ({error})") from None

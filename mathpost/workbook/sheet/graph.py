@@ -7,8 +7,9 @@ from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 
+from mathpost.bounds import TooLarge
 from mathpost.errors import InputError
-from mathpost.workbook.sheet.file import EMPTY, TooLarge, local_address
+from mathpost.workbook.sheet.file import EMPTY, local_address
 from mathpost.workbook.sheet.formula import (
     FUNCTIONS,
     Area,

@@ -1,0 +1,128 @@
+"""What one handed-in file holds: its answers judged anew, its formulas checked, and what others may share with it.
+
+Both kinds of record are plain data that follow from the file's content and this package alone. What is too large is
+said to be, with the figure, and the class goes on: everything is counted before it is judged, and a hand-in has a
+bound of time, too, for what no count foresees.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass
+
+from mathpost.bounds import TooLarge
+from mathpost.course import exercise
+from mathpost.course.verdict import OPEN, Verdict
+from mathpost.errors import InputError
+from mathpost.workbook import check_file
+from mathpost.workbook.folder import DAMAGED
+from mathpost.workbook.report import TOO_LARGE
+from mathpost.workbook.sheet.file import read
+
+NOTEBOOK_LIMIT = 16 * 2**20  # bytes; a lesson with its pictures has less than one million
+MOST_CELLS, MOST_STORED = 2000, 1000  # cells and stored answers of a notebook
+LONGEST = 20_000  # characters of an answer
+MOST_DIFFERENT = 20  # answers to one exercise that are judged, in all notebooks of a student
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a notebook with something in it."""
+
+    source: str  # a digest of it
+    length: int
+    asks: tuple  # names of the exercises that it checks
+
+
+@dataclass(frozen=True)
+class Notebook:
+    """What a notebook holds."""
+
+    given: tuple  # (exercise, digest of the answer) of each different answer
+    verdicts: tuple  # of `Verdict`, without the answers
+    answers: str  # a digest of them; "" if there are none
+    cells: tuple  # of `Cell`
+
+
+@dataclass(frozen=True)
+class Workbook:
+    """What the check of a workbook says."""
+
+    name: str
+    verdict: str  # "right", "wrong", "unclear" or "not read"
+    checked: int = 0
+    total: int = 0
+    cell: str = ""  # the first wrong one
+    cause: str = ""
+    message: str = ""
+    why: str = ""  # what kept it from being judged, or read
+    content: str = ""  # a digest of all formulas and numbers
+
+
+def digest(content):
+    """The SHA-256 of bytes or text."""
+    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+
+
+def source(cell):
+    """The source of a cell without trailing spaces."""
+    return "\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip()
+
+
+def notebook(path, tried):
+    """Return the `Notebook` of a file.
+
+    `tried` is what the same student gave in other notebooks, see `count`. There is an `InputError` if it is no
+    notebook, `TooLarge` if it holds too much.
+    """
+    if (size := path.stat().st_size) > NOTEBOOK_LIMIT:
+        raise TooLarge(f"{size / 2**20:.0f} MB")
+    cells = exercise.notebook(path)["cells"]
+    if len(cells) > MOST_CELLS:
+        raise TooLarge(f"{len(cells)} cells")
+    answers = exercise.stored(cells, path)
+    if len(answers) > MOST_STORED:
+        raise TooLarge(f"{len(answers)} stored answers")
+    for each in answers:
+        if len(each.answer) > LONGEST:
+            raise TooLarge(f"an answer of {len(each.answer)} characters")
+    given = tuple(dict.fromkeys((each.name, digest(f"{each.student} {each.answer}")) for each in answers))
+    count(given, tried)
+    verdicts = [exercise.judged_anew(each) for each in answers]
+    said = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
+    texts = [source(cell) for cell in cells]
+    return Notebook(
+        given,
+        tuple(Verdict(v.name, v.status, v.why, None, v.edited, v.mixup, v.student) for v in verdicts),
+        digest(said) if said != "[]" else "",
+        tuple(Cell(digest(text), len(text), tuple(exercise.asked(text))) for text in texts if text),
+    )
+
+
+def count(given, tried):
+    """Add the answers `given` in a notebook to those `tried`, a dict of each exercise to a set.
+
+    If these are more than anybody's, there is a `TooLarge`, and nothing is added.
+    """
+    together = {name: tried.get(name, set()) | {a for n, a in given if n == name} for name in dict(given)}
+    for name, different in together.items():
+        if len(different) > MOST_DIFFERENT:
+            raise TooLarge(f"{len(different)} different answers to {name}")
+    tried.update(together)
+
+
+def workbook(path):
+    """Return the `Workbook` of a file."""
+    try:
+        report = check_file(path)
+        cells = {} if _too_large(report) else read(path).cells
+    except InputError as error:
+        return Workbook(path.name, DAMAGED, why=f"expected {error.expected}, found {error.found}")
+    written = sorted((place, repr(cell.formula or cell.number)) for place, cell in cells.items())
+    first = [(fault.cell, fault.cause, fault.message) for fault in report.faults[:1]] or [("", "", "")]
+    why = f"unclear: {report.seen[0].partition(': ')[2]}" if _too_large(report) else ""
+    content = digest(json.dumps(written)) if written else ""
+    return Workbook(path.name, report.verdict, report.checked, report.total, *first[0], why, content)
+
+
+def _too_large(report):
+    return any(said.startswith(TOO_LARGE) for said in report.seen)
