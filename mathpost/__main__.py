@@ -2,7 +2,16 @@
 
 import sys
 
-from mathpost.shell.main import main
+from mathpost.shell import stopping
+
+
+def main() -> int:
+    """Run the command of the command line; what stops it before it begins ends it at once."""
+    stopping.take(stopping.at_once)
+    from mathpost.shell.main import main as run
+
+    return run()
+
 
 if __name__ == "__main__":
     sys.exit(main())

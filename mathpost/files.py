@@ -10,6 +10,8 @@ from secrets import token_hex
 
 from mathpost.errors import NUMBER, InputError, OutputError
 
+written: list[Path] = []  # by this process
+
 # Where a spreadsheet program may begin a cell: it divides by the sign of its locale, whichever wrote the file.
 _DIVIDERS = ",;|\t\r\n\v\f\x85\u2028\u2029،؛，；、"
 _PASSED_OVER = r"[\s\"\x00-\x1f\x7f-\x9f\u00ad\u200b-\u200f\u2028-\u202e\u2060-\u2064\ufeff]*"
@@ -88,6 +90,7 @@ def write_bytes(path, content, *, inputs=()):
                 os.chmod(temporary, old.st_mode & 0o7777)
             file.write(content)
         os.replace(temporary, path)
+        written.append(path)
     except OSError as error:
         raise OutputError(f"{path}: not written, {error.strerror or error}") from None
     finally:

@@ -10,11 +10,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import files, machine
+from mathpost.classroom import assign
 from mathpost.errors import InputError, OutputError
 from mathpost.files import write_bytes
 from mathpost.path import cl
-from mathpost.shell.main import main
+from mathpost.shell.main import COMMANDS, main
 from tests.conftest import DATA, ROOT
 
 posix = pytest.mark.skipif(os.name != "posix", reason="pipes, modes and signals are those of Linux and macOS")
@@ -87,6 +88,58 @@ def test_a_signal_ends_with_one_line(number, tmp_path):
         os.close(handle)
     assert running.returncode == 130 and said == "mathpost: stopped, nothing was written\n"
     assert [p.name for p in tmp_path.iterdir()] == ["part.cl"]
+
+
+def interrupted(number, command, library, source, folder):
+    """What a command says, and its status, that a signal meets while it loads a library whose source this is."""
+    (folder / library).mkdir()
+    os.mkfifo(folder / "loading")
+    (folder / library / "__init__.py").write_text(f"import time\n{source}", encoding="utf-8")
+    heed = partial(signal.signal, number, signal.SIG_DFL)
+    path = os.pathsep.join([str(folder), str(ROOT)])
+    running = subprocess.Popen(
+        [sys.executable, "-m", "mathpost", *command],
+        cwd=folder, env=os.environ | {"PYTHONPATH": path}, stderr=subprocess.PIPE, text=True, preexec_fn=heed,
+    )  # fmt: skip
+    with running, open(folder / "loading", encoding="utf-8"):  # returns as soon as the library is being loaded
+        running.send_signal(number)
+        return running.communicate(timeout=60)[1], running.returncode
+
+
+@posix
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_signal_ends_every_command_while_it_starts(command, tmp_path):
+    said, status = interrupted(
+        signal.SIGINT, [command, "--help"], "numpy", "open('loading', 'w'); time.sleep(60)", tmp_path
+    )
+    assert status == 130 and said == "mathpost: stopped, nothing was written\n"
+
+
+@posix
+@pytest.mark.parametrize("swallowed_by", ["ImportError('no such module')", "MemoryError", "SystemExit(3)"])
+def test_a_signal_that_a_library_turns_into_an_error_is_still_one(swallowed_by, tmp_path):
+    wait = f"try: open('loading', 'w'); time.sleep(60)\nexcept BaseException: raise {swallowed_by} from None"
+    said, status = interrupted(signal.SIGTERM, ["show", "--help"], "sympy", wait, tmp_path)
+    assert status == 130 and said == "mathpost: stopped, nothing was written\n"
+
+
+@posix
+def test_a_signal_between_two_files_says_how_many_are_there(tmp_path, capsys, monkeypatch):
+    (tmp_path / "one.ipynb").write_text('{"cells": []}', encoding="utf-8")
+    (tmp_path / "two.ipynb").write_text('{"cells": []}', encoding="utf-8")
+    whole = assign.write_text
+
+    def second(path, text):
+        if path.name == "two.ipynb":
+            raise KeyboardInterrupt
+        whole(path, text)
+
+    monkeypatch.setattr(files, "written", [])
+    monkeypatch.setattr("mathpost.shell.main.written", files.written)
+    monkeypatch.setattr(assign, "write_text", second)
+    assert main(["assign", str(tmp_path), "-o", str(tmp_path / "out")]) == 130
+    assert capsys.readouterr().err == "mathpost: stopped, files written, each whole: 1\n"
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["one.ipynb"]
 
 
 LARGE = 'name = "a"\nsource = "b"\n[[rotary]]\n[[rotary]]\n[workpiece]\norigin = [' + "9" * 400 + ", 0, 0]"

@@ -4,14 +4,16 @@ Two outputs are the same if their words are equal and their numbers agree to 1e-
 description in numbers (`mathpost.draw.described`).
 """
 
+import atexit
 import math
 import re
 from difflib import SequenceMatcher
 from pathlib import Path
+from threading import Thread
 
 import nbformat
 from nbclient import NotebookClient
-from nbclient.exceptions import CellExecutionError
+from nbclient.exceptions import CellExecutionError, DeadKernelError
 
 from mathpost.errors import InputError, MathpostError
 from mathpost.files import write_text
@@ -49,7 +51,9 @@ def rerun(path, *, accept=False):
     how["store_widget_state"] = False
     where = {"metadata": {"path": str(path.parent)}}
     try:
-        NotebookClient(after, resources=where, extra_arguments=["--log-level=ERROR"], **how).execute()
+        _execute(NotebookClient(after, resources=where, extra_arguments=["--log-level=ERROR"], **how))
+    except DeadKernelError:
+        raise MathpostError(f"{path}: its kernel was stopped") from None
     except CellExecutionError as error:
         raise MathpostError(f"{path}: {error.ename}: {error.evalue}") from None
     for cell in after.cells:  # a panel that no Python answers is an error to its reader
@@ -60,6 +64,27 @@ def rerun(path, *, accept=False):
     pairs = [each for each in zip(before.cells, after.cells, strict=True) if each[0].cell_type == "code"]
     changes = ((number, _differences(*map(_text, pair))) for number, pair in enumerate(pairs, start=1))
     return [f"  cell {n}: {old or 'nothing'} → {new or 'nothing'}" for n, found in changes for old, new in found]
+
+
+def _execute(client):
+    """Run all cells, in a thread: in the main one nbclient takes the signals and answers them with tracebacks."""
+    failed = []
+
+    def work():
+        try:
+            client.execute()
+        except Exception as error:  # whatever it is, it is raised where somebody waits for it
+            failed.append(error)
+
+    thread = Thread(target=work, daemon=True)
+    thread.start()
+    try:
+        thread.join()
+    except KeyboardInterrupt:  # the kernel ends as soon as it sees that this process has
+        atexit.unregister(client._cleanup_kernel)
+        raise
+    for error in failed:
+        raise error
 
 
 def _text(cell):

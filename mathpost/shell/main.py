@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from importlib import import_module, metadata
 
 from mathpost.errors import MathpostError
+from mathpost.files import written
+from mathpost.shell import stopping
 
 COMMANDS = {  # a file of this folder each, and a line of help
     "post": "CL data to a verified NC program",
@@ -32,29 +34,44 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     0 is done, or all right; 1 something wrong in what was checked; 2 refused, with the reason on standard error.
     """
-    if arguments is None:
-        signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
+        if arguments is None:
+            stopping.take(stopping.in_order)
         options = parse(sys.argv[1:] if arguments is None else arguments)
         status = options.run(options)
         sys.stdout.flush()
         return status
-    except MathpostError as error:
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt) or stopping.came():
+            return _stopped()
+        return _refused(error)
+    finally:
+        if arguments is None:
+            stopping.take(signal.SIG_IGN)  # what is done is done
+
+
+def _stopped():
+    """Say what the command had written when it was interrupted; return the exit status."""
+    said = f"files written, each whole: {len(written)}" if written else "nothing was written"
+    print(f"mathpost: stopped, {said}", file=sys.stderr)
+    return stopping.STATUS
+
+
+def _refused(error):
+    """Say in a line why a command ended, and return the exit status; raise what nobody foresaw."""
+    if isinstance(error, MathpostError):
         print(f"mathpost: {error}", file=sys.stderr)
-        return 2
-    except ModuleNotFoundError as error:  # of the extras that a headless post does without
+    elif isinstance(error, ModuleNotFoundError):  # of the extras that a headless post does without
         print(f"mathpost: this command needs {error.name}, which comes with mathpost[course]", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("mathpost: stopped, nothing was written", file=sys.stderr)
-        return 130
-    except BrokenPipeError:  # somebody reads the first lines only
+    elif isinstance(error, BrokenPipeError):  # somebody reads the first lines only
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except OSError as error:  # standard output is closed, or its disk is full
+    elif isinstance(error, OSError):  # standard output is closed, or its disk is full
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
         print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
-        return 2
+    else:
+        raise error
+    return 2
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

@@ -1,11 +1,18 @@
 """Running a lesson anew: what changed is said, and nothing is written unless it was accepted."""
 
+import os
+import signal
+import subprocess
+import sys
+
 import nbformat
+import psutil
 import pytest
 
 from mathpost.classroom import lessons
 from mathpost.errors import InputError, MathpostError
 from mathpost.shell.main import main
+from tests.conftest import ROOT
 
 
 def notebook(path, *sources):
@@ -49,6 +56,20 @@ def test_a_cell_that_raises_changes_nothing(tmp_path):
     assert path.read_bytes() == before
     with pytest.raises(InputError, match="a notebook"):
         lessons.rerun(tmp_path / "none.ipynb")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are those of Linux and macOS")
+def test_a_signal_ends_a_run_with_one_line_and_its_kernel(tmp_path):
+    path = notebook(tmp_path / "lesson.ipynb", "1 + 1")
+    os.mkfifo(tmp_path / "runs")
+    replaced(path, "1 + 1", "import os, time; open('runs', 'w').write(str(os.getpid())); time.sleep(60)")
+    command = [sys.executable, "-m", "mathpost", "lessons", "rerun", str(path)]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as running:
+        kernel = psutil.Process(int((tmp_path / "runs").read_text()))
+        running.send_signal(signal.SIGTERM)
+        _, said = running.communicate(timeout=60)
+    assert running.returncode == 130 and said == "mathpost: stopped, nothing was written\n"
+    kernel.wait(timeout=30)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -196,11 +196,14 @@ def recalculate(path, folder, kind="xlsx"):
     command += ["--outdir", str(result.parent), str(source)]
     quiet = {name: subprocess.DEVNULL for name in ("stdin", "stdout", "stderr")}
     # In a session of its own, because LibreOffice is a script that starts a program.
-    with subprocess.Popen(command, start_new_session=True, **quiet) as process:
-        try:
+    process = subprocess.Popen(command, start_new_session=True, **quiet)
+    try:
+        with suppress(subprocess.TimeoutExpired):
             process.wait(timeout=120)
-        except subprocess.TimeoutExpired:
+    finally:  # out of time, or interrupted
+        if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL) if hasattr(os, "killpg") else process.kill()
+        process.wait()
     if not result.exists():
         raise InputError(str(path), expected, "what LibreOffice could not convert")
     return result
