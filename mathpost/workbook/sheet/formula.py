@@ -319,6 +319,13 @@ def _sum_of_products(*values):
     return np.prod(np.broadcast_arrays(*values), axis=0).sum(axis=(1, 2), keepdims=True)
 
 
+def _inverse(matrix):
+    """The inverse, NaN at the samples where there is none."""
+    matrix = np.where(np.isfinite(matrix), matrix, 0.0)
+    singular = np.linalg.det(matrix)[:, None, None] == 0
+    return np.where(singular, np.nan, np.linalg.inv(np.where(singular, np.eye(matrix.shape[-1]), matrix)))
+
+
 TEXTS = {"text", "&", "TEXT", "CONCAT", "CONCATENATE", "TEXTJOIN", "FIXED", "LEFT", "RIGHT", "MID", "REPT"}
 COMPARISONS = {
     **{"=": np.equal, "<>": np.not_equal, "<": np.less},
@@ -356,7 +363,7 @@ FUNCTIONS = {
     **{"INDEX": _index, "SUMPRODUCT": _sum_of_products},
     "SUMXMY2": lambda a, b: ((a - b) ** 2).sum(axis=(1, 2), keepdims=True),
     **{"MMULT": np.matmul, "TRANSPOSE": lambda a: np.swapaxes(a, 1, 2)},
-    "MINVERSE": lambda a: np.linalg.inv(np.where(np.isfinite(a), a, 0.0)),
+    "MINVERSE": _inverse,
     "MDETERM": lambda a: np.linalg.det(a)[:, None, None],
     **{"SINGLE": lambda a: a[:, :1, :1], "N": lambda a: a},
     "rows": lambda *rows: np.concatenate(rows, axis=1),

@@ -340,11 +340,12 @@ class Graph:
 
     # Values.
 
-    def run(self, given, base=None, only=None, functions=FUNCTIONS):
+    def run(self, given, base=None, only=None, functions=FUNCTIONS, put=()):
         """Evaluate the formulas, all or `only` some: place → array of shape (samples,).
 
         `given` has values in place of the file's, of typed numbers and of formulas; `base` is an earlier run, of
-        which the places not in `only` are kept.
+        which the places not in `only` are kept; `put` has the places that hold something else at some samples: at
+        which, and what.
         """
         values, arrays, order = {**(base or {}), **given}, {}, self.order
         if only is not None and 8 * len(only) < len(order):
@@ -356,12 +357,40 @@ class Graph:
             tree, index = self.trees[place], self.part.get(place)
             if index is None:
                 values[place] = self.calculate(tree, values, functions)[:, 0, 0]
-                continue
-            key = id(tree), self.cells[place].anchor
-            if key not in arrays:
-                arrays[key] = self.calculate(tree, values, functions)
-            values[place] = at(arrays[key], index)
+            else:
+                key = id(tree), self.cells[place].anchor
+                if key not in arrays:
+                    arrays[key] = self.calculate(tree, values, functions)
+                values[place] = at(arrays[key], index)
+            if place in put:
+                values[place] = np.where(*put[place], values[place])
         return values
+
+    def run_each(self, options, given, base, only):
+        """Evaluate `only` some formulas for each of some options, place → values, in one pass: side by side.
+
+        Returns place → array of shape (options, samples), of those and of what the options hold. `given` and `base`
+        are as in `run`.
+        """
+        size, put = len(options) * SAMPLES, {}
+        for n, option in enumerate(options):
+            for place, value in option.items():
+                where, held = put.setdefault(place, (np.zeros(size, bool), np.zeros(size)))
+                where[n * SAMPLES : (n + 1) * SAMPLES] = True
+                held[n * SAMPLES : (n + 1) * SAMPLES] = value
+        used = {source for place in only for source in self.uses.get(place, ())}
+        wide = {
+            place: np.tile(_at_samples(base[place] if place not in given else given[place]), len(options))
+            for place in {*used, *only, *put}
+            if place in given or place in base
+        }
+        fixed = {place: wide[place] for place in wide if place in given}
+        for place in put:
+            if place in given or place not in self.trees:
+                fixed[place] = np.where(*put[place], wide.get(place, self.constants.get(place, ZERO)))
+        found = self.run(fixed, wide, only, put=put)
+        places = (place for place in {*only, *put} if place in found)
+        return {place: np.broadcast_to(found[place], size).reshape(-1, SAMPLES) for place in places}
 
     @cached_property
     def own(self):
@@ -412,6 +441,10 @@ class Graph:
         return {p: np.full(1, np.nan if n is None else n) for p, n in held.items() if p not in empty}
 
 
+def _at_samples(value):
+    return value if len(value) == SAMPLES else np.broadcast_to(value, SAMPLES)
+
+
 def beside(place):
     """The four places beside a place."""
     sheet, row, column = place
@@ -432,7 +465,7 @@ def at(array, index):
 
 def same(a, b, tolerance=CLOSE):
     """Whether two values agree at every sample; at the first, the sheet's own, either may be unknown, NaN."""
-    last_a, last_b = (np.asarray(values).flat[-1] for values in (a, b))
+    last_a, last_b = (np.asarray(values).item(-1) for values in (a, b))
     if abs(last_a - last_b) > tolerance * (1 + abs(last_b)):  # most that differ do here, and it costs least
         return False
     fine = np.abs(a - b) <= tolerance * (1 + np.minimum(np.abs(a), np.abs(b)))  # no number is close to infinity

@@ -88,8 +88,11 @@ class Sampled:
 
     def now(self, place):
         """What is in a cell at the samples."""
-        value = self.graph.value(place)
-        return np.broadcast_to(self.values.get(place, np.nan if value is None else value), SAMPLES)
+        if (value := self.values.get(place)) is None:
+            value = self.graph.value(place)
+        if isinstance(value, np.ndarray) and len(value) == SAMPLES:
+            return value
+        return np.broadcast_to(np.nan if value is None else value, SAMPLES)
 
     def block(self, places, option=()):
         """What is in some cells, or what `option` puts there, shape (cells, samples)."""
@@ -111,6 +114,10 @@ class Sampled:
         """The values with all that was put in, and `more`."""
         base = None if only is None else self.values
         return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, base, only)
+
+    def run_each(self, options, only):
+        """The values with all that was put in, and each of some options: place → shape (options, samples)."""
+        return self.graph.run_each(options, {**self.inputs, **self.fixed}, self.values, only)
 
     def values_with(self, option):
         """The values with `option` put in, for once."""

@@ -1,5 +1,6 @@
 """Where is it wrong? The earliest place where putting in the right thing makes all that follows right."""
 
+from functools import cache, partial
 from itertools import chain, islice
 
 import numpy as np
@@ -14,6 +15,7 @@ from mathpost.workbook.verdict.sampled import as_window
 from mathpost.workbook.verdict.why import UNEXPLAINED
 
 TURNING = {"SIN", "COS", "TAN"}
+AT_ONCE = 16  # options that are tried side by side
 
 
 class Where:
@@ -64,9 +66,15 @@ class Where:
         typed = scope & (found.constants | (found.typed & targets.keys()))
         if isinstance(calculation, Plane):
             typed |= scope & found.typed - {p for c in self.judge.live for p in c.given}
-        for place in formulas | typed:
-            options = self._cell_options(calculation, place, targets, bad)
-            yield (*graph.calculation_order(place), 0), (place,), options
+        places = sorted(formulas | typed, key=graph.calculation_order)
+        moving = [p for p in places if p not in targets and graph.downstream([p]).issuperset(bad)]
+        moved = cache(self._moved)
+        for batch in batched(moving, AT_ONCE):
+            for n, place in enumerate(batch):
+                options = self._cell_options(calculation, place, targets, bad, partial(moved, batch), n)
+                yield (*graph.calculation_order(place), 0), (place,), options
+        for place in targets.keys() & {*places}:
+            yield (*graph.calculation_order(place), 0), (place,), self._tried([{place: targets[place]}], targets, bad)
         everywhere = (("rounded early", ROUNDING), (TO_RADIANS[0], TURNING), (TO_DEGREES[0], TURNING))
         for number, (kind, functions) in enumerate(everywhere):
             places = [p for p in self.found.sorted(formulas) if heads(graph.trees[p]) & functions]
@@ -99,33 +107,40 @@ class Where:
     def _tried(self, options, targets, bad):
         """Of the options (place → value) what they change, of those that meet the targets, one of `bad` first."""
         first, before = bad[0], self.graph.upstream(bad[:1])
-        for option in options:
-            changed = {p: value for p, value in option.items() if not same(self.judge.now(p), value)}
-            affected = self.graph.downstream(changed)
-            reached = {p: target for p, target in targets.items() if p in affected}
-            if (
-                affected.issuperset(bad)
-                and self.judge.met({first: targets[first]}, self.judge.run_with(changed, affected & before))
-                and self.judge.met(reached, self.judge.run_with(changed, affected))
-            ):
-                yield changed
+        for batch in batched(options, AT_ONCE):
+            changes = [{p: v for p, v in option.items() if not same(self.judge.now(p), v)} for option in batch]
+            affected = [self.graph.downstream(changed) for changed in changes]
+            tried = [n for n, reached in enumerate(affected) if reached.issuperset(bad)]
+            if not tried:
+                continue
+            only = set().union(*(affected[n] for n in tried)) & before
+            values = self.judge.run_each([changes[n] for n in tried], only)[first]
+            for n, value in zip(tried, values, strict=True):
+                reached = {p: target for p, target in targets.items() if p in affected[n]}
+                if self.judge.met({first: targets[first]}, {first: value}) and self.judge.met(
+                    reached, self.judge.run_with(changes[n], affected[n])
+                ):
+                    yield changes[n]
 
-    def _cell_options(self, calculation, place, targets, bad):
-        """The value of one cell that makes all targets right: solved where they are linear in it, or guessed."""
-        if place in targets:
-            yield from self._tried([{place: targets[place]}], targets, bad)
-            return
-        affected, now = self.graph.downstream([place]), self.judge.now(place)
-        if not affected.issuperset(bad):
-            return
-        now = now if np.isfinite(now[1:]).all() else np.zeros(SAMPLES)
-        runs = [self.judge.run_with({place: now + step}, affected) for step in (0.0, 1.0, 2.0)]
+    def _moved(self, places):
+        """All that follows from some cells, where 0, 1 and 2 are added to each alone: three options for each."""
+        starts = {p: np.where(np.isfinite(self.judge.now(p)[1:]).all(), self.judge.now(p), 0.0) for p in places}
+        options = [{p: starts[p] + step} for p in places for step in (0.0, 1.0, 2.0)]
+        return self.judge.run_each(options, self.graph.downstream(places))
+
+    def _cell_options(self, calculation, place, targets, bad, moved, n):
+        """The value of one cell that makes all targets right: solved where they are linear in it, or guessed.
+
+        `moved` gives what follows from some cells that are moved, of which it is the one with the number `n`.
+        """
+        affected, runs = self.graph.downstream([place]), moved()
+        now = runs[place][3 * n]
         wanted, steepest, linear = np.array(now), np.full(SAMPLES, 1e-9), True
         for target, value in targets.items():
             if target not in affected:
                 continue
-            f0, f1, f2 = (run.get(target, self.judge.now(target)) for run in runs)
-            slope = np.broadcast_to(f1 - f0, SAMPLES)
+            f0, f1, f2 = runs[target][3 * n : 3 * n + 3]
+            slope = f1 - f0
             linear &= bool(np.isfinite(slope[1:]).all()) and same(f2 - f1, slope, 1e-7)
             if target in bad:
                 steeper = np.abs(slope) > steepest
@@ -170,3 +185,10 @@ class Where:
         constants = np.array([0, 1, -1, *CONVERSIONS])
         odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
         return min(odd, key=self.graph.calculation_order, default=None)
+
+
+def batched(options, size):
+    """Yield lists of so many options, one after the other."""
+    options = iter(options)
+    while batch := tuple(islice(options, size)):
+        yield batch
