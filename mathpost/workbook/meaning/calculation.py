@@ -177,7 +177,10 @@ class Turn(Calculation):
 
 def look(values, places):
     """The values of some places, shape (samples, len(places))."""
-    return np.array([np.broadcast_to(values[p], SAMPLES) for p in places]).reshape(-1, SAMPLES).T
+    found = np.empty((SAMPLES, len(places)))
+    for n, place in enumerate(places):
+        found[:, n] = values[place]
+    return found
 
 
 def nearest(now, both, degrees=True, preferred=None, slack=1e-6):

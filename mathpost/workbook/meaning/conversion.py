@@ -12,7 +12,7 @@ from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.plane_angles import computed_angles
 from mathpost.workbook.meaning.texts import FIXED, SEQUENCE, TURNS
 from mathpost.workbook.sheet.edits import take_unrounded
-from mathpost.workbook.sheet.formula import walk
+from mathpost.workbook.sheet.formula import parts_of
 from mathpost.workbook.sheet.graph import offset
 
 
@@ -79,7 +79,7 @@ def find_conversions(found):
                 continue
             taken.update(line)
             take_unrounded(graph, line)
-            parts = [part for p in line for _, part in walk(graph.tree(p))]
+            parts = [part for p in line for part in parts_of(graph.tree(p))]
             in_degrees = any(part[0] == "DEGREES" or part == ("number", 180.0) for part in parts)
             in_degrees |= any(abs(graph.own[p]) > LARGEST_RADIANS for p in line)
             unit = 1.0 if in_degrees else float(np.rad2deg(1))

@@ -8,7 +8,7 @@ import numpy as np
 
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.sheet.edits import TRIGONOMETRY
-from mathpost.workbook.sheet.formula import CONVERSIONS, areas, heads, walk
+from mathpost.workbook.sheet.formula import CONVERSIONS, areas, heads, parts_of
 from mathpost.workbook.sheet.graph import beside, offset
 
 QUATERNION = "quaternion|四元数"
@@ -135,7 +135,7 @@ class Given:
 
     def _scales(self, place, source):
         """Whether a formula multiplies or divides by a cell."""
-        parts = (part for _, part in walk(self.graph.tree(place)) if part[0] in ("*", "/"))
+        parts = (part for part in parts_of(self.graph.tree(place)) if part[0] in ("*", "/"))
         return any(child[0] == "area" and source in child[1].places for _, *inner in parts for child in inner)
 
     def never_moved(self):

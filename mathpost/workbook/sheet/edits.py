@@ -14,6 +14,7 @@ from mathpost.workbook.sheet.formula import (
     exact,
     form_of,
     heads,
+    parts_of,
     put,
     text_of,
     unrounded,
@@ -39,9 +40,9 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
     they stand. What differs by `period` is the same.
     """
     place = next(iter(wanted))
-    after = graph.downstream(wanted)
+    after, held = graph.downstream(wanted), graph.parts_at(graph.trees[place], values)
     for cause, old, new, tree in edits(graph, place, inputs, windows):
-        made = graph.calculate(tree, values)
+        made = graph.calculate(tree, values, held=held)
         off = ((at(made, graph.part.get(p, (0, 0))) - value, value) for p, value in wanted.items())
         fits = all(same(value + (wrap(each, period) if period else each), value) for each, value in off)
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):  # in no circle
@@ -250,7 +251,7 @@ def _signs(part, path):
         yield "sign", part[1]
     if part[0] in ("+", "-"):
         yield "sign", (OTHER[part[0]], *part[1:])
-    is_long = sum(each[0] in ("+", "-") for _, each in walk(part)) > 2  # of which nobody turns the whole
+    is_long = sum(each[0] in ("+", "-") for each in parts_of(part)) > 2  # of which nobody turns the whole
     if part[0] == "area" or part[0].isupper() or not (path or is_long):
         yield "sign", ("minus", part)
 

@@ -197,10 +197,20 @@ class _Reader:
 
 def walk(tree, path=()):
     """Yield every part of a tree with its path, a tuple of positions."""
-    yield path, tree
-    for position, child in enumerate(tree):
-        if isinstance(child, tuple):
-            yield from walk(child, (*path, position))
+    stack = [(path, tree)]
+    while stack:
+        path, tree = stack.pop()
+        yield path, tree
+        stack += [((*path, n), tree[n]) for n in range(len(tree) - 1, 0, -1) if type(tree[n]) is tuple]
+
+
+def parts_of(tree):
+    """Yield every part of a tree, itself first, in the order of `walk`."""
+    stack = [tree]
+    while stack:
+        tree = stack.pop()
+        yield tree
+        stack += [part for part in tree[:0:-1] if type(part) is tuple]
 
 
 def put(tree, path, new):
@@ -210,14 +220,19 @@ def put(tree, path, new):
 
 def areas(tree):
     """Return the areas in a tree, in their order."""
-    return [part[1] for _, part in walk(tree) if part[0] == "area"]
+    return [part[1] for part in parts_of(tree) if part[0] == "area"]
 
 
 def with_areas(tree, new):
     """Return the tree with the areas `new` in place of its own, in their order."""
-    for (path, _), area in zip([each for each in walk(tree) if each[1][0] == "area"], new, strict=True):
-        tree = put(tree, path, ("area", area))
-    return tree
+    new = iter(new)
+
+    def rebuilt(tree):
+        if tree[0] == "area":
+            return "area", next(new)
+        return tuple([rebuilt(part) if type(part) is tuple else part for part in tree])
+
+    return rebuilt(tree)
 
 
 def gives_text(tree):
@@ -229,7 +244,7 @@ def gives_text(tree):
 
 def heads(tree):
     """Return the functions, operators and kinds of leaves in a tree."""
-    return {part[0] for _, part in walk(tree)}
+    return {part[0] for part in parts_of(tree)}
 
 
 def text_of(tree, sheet=None):
@@ -371,20 +386,23 @@ FUNCTIONS = {
 }
 
 
-def evaluate(tree, look, functions=FUNCTIONS):
+def evaluate(tree, look, functions=FUNCTIONS, held=()):
     """Return the value of a tree, shape (samples, rows, columns); `look(area)` returns that of an area.
 
-    ``look(area, numbers_only=True)`` leaves out empty cells and texts, so that what is left is one row.
+    ``look(area, numbers_only=True)`` leaves out empty cells and texts, so that what is left is one row; `held` has
+    the values of parts by their identity.
 
     Wrong arguments, such as a root of a negative number, are NaN, as an error value is.
     """
+    if id(tree) in held:
+        return held[id(tree)]
     head, *parts = tree
     if head == "area":
         return look(parts[0])
     if head in ("number", "text"):
         return np.array([[[parts[0] if head == "number" else np.nan]]])
     if head in ("=", "<>") and [part[0] for part in parts].count("text") == 1:  # a number is no text
-        (number,) = (evaluate(part, look, functions) for part in parts if part[0] != "text")
+        (number,) = (evaluate(part, look, functions, held) for part in parts if part[0] != "text")
         return np.where(np.isfinite(number), float(head == "<>"), np.nan)
     if head not in functions or (head in COMPARISONS and any(part[0] == "text" for part in parts)):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
@@ -392,7 +410,7 @@ def evaluate(tree, look, functions=FUNCTIONS):
         # Of cells these functions take what is a number: no empty one counts as 0, no text as what it means.
         look(part[1], numbers_only=True)
         if head in STATISTICS and part[0] == "area"
-        else evaluate(part, look, functions)
+        else evaluate(part, look, functions, held)
         for part in parts
     ]
     try:

@@ -1,6 +1,7 @@
 """A workbook as one graph of cells: which cell uses which, and what all of them are at many inputs at once."""
 
 import re
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
 from graphlib import CycleError, TopologicalSorter
@@ -21,6 +22,7 @@ from mathpost.workbook.sheet.formula import (
     gives_text,
     heads,
     parse,
+    parts_of,
     unrounded,
     walk,
 )
@@ -321,20 +323,22 @@ class Graph:
 
     def upstream(self, places, given=()):
         """Everything that `places` depend on, themselves included; not what those `given` depend on."""
-        return self._reached(places, lambda place: () if place in given else self.uses.get(place, ()))
+        links = self.uses.get
+        return self._reached(places, (lambda place: None if place in given else links(place)) if given else links)
 
     def downstream(self, places):
         """Everything that depends on `places`, themselves included."""
-        return self._reached(places, lambda place: self.used.get(place, ()))
+        return self._reached(places, self.used.get)
 
     def _reached(self, places, links):
-        """The places that one comes to from some, themselves included; `links(place)` are the next ones."""
-        found, stack = set(), list(places)
+        """The places that one comes to from some, themselves included; `links(place)` are the next ones or None."""
+        found = set(places)
+        stack = [*found]
         while stack:
-            place = stack.pop()
-            if place not in found:
-                found.add(place)
-                stack += links(place)
+            for place in links(stack.pop()) or ():
+                if place not in found:
+                    found.add(place)
+                    stack.append(place)
         self.count(len(found))
         return found
 
@@ -380,7 +384,7 @@ class Graph:
                 held[n * SAMPLES : (n + 1) * SAMPLES] = value
         used = {source for place in only for source in self.uses.get(place, ())}
         wide = {
-            place: np.tile(_at_samples(base[place] if place not in given else given[place]), len(options))
+            place: np.tile(at_samples(base[place] if place not in given else given[place]), len(options))
             for place in {*used, *only, *put}
             if place in given or place in base
         }
@@ -401,13 +405,21 @@ class Graph:
         """What the formula of a cell gives, or `tree` in its place: shape (samples,) or (1,)."""
         return at(self.calculate(tree or self.trees[place], values), self.part.get(place, (0, 0)))
 
-    def calculate(self, tree, values, functions=FUNCTIONS):
+    def calculate(self, tree, values, functions=FUNCTIONS, held=()):
         """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""
         try:
             with np.errstate(all="ignore"):
-                return evaluate(tree, partial(self.look, values=values), functions)
+                return evaluate(tree, partial(self.look, values=values), functions, held)
         except NotUnderstood:
             return np.full((1, 1, 1), np.nan)
+
+    def parts_at(self, tree, values):
+        """The values of all parts of a tree, by their identity, for formulas that share most parts with it."""
+        held = {}
+        for part in [*parts_of(tree)][::-1]:
+            with suppress(NotUnderstood):
+                held[id(part)] = evaluate(part, partial(self.look, values=values), held=held)
+        return held
 
     def look(self, area, values, *, numbers_only=False):
         """The values of an area, shape (samples, rows, columns): 0 for an empty cell, NaN for text.
@@ -441,7 +453,8 @@ class Graph:
         return {p: np.full(1, np.nan if n is None else n) for p, n in held.items() if p not in empty}
 
 
-def _at_samples(value):
+def at_samples(value):
+    """A value at every sample, shape (samples,)."""
     return value if len(value) == SAMPLES else np.broadcast_to(value, SAMPLES)
 
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.detective.misreadings import written_decimals
-from mathpost.workbook.sheet.formula import areas, walk, with_areas
+from mathpost.workbook.sheet.formula import areas, parts_of, with_areas
 from mathpost.workbook.sheet.graph import offset
 
 TELLING = 3  # decimals, that a formula does not make by luck
@@ -41,7 +41,8 @@ def along(graph, place):
 
 def _goes_on(graph, a, b):
     """Whether the formula of a cell is that of another one, filled."""
-    return (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
+    alike = a in graph.trees and graph.form(a) == graph.form(b)
+    return alike and (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
 
 
 def as_around(graph, place):
@@ -105,4 +106,4 @@ def _is_made(graph, place, tree, values):
 
 def _numbers(tree):
     """How many numbers are typed in a formula."""
-    return sum(part[0] == "number" for _, part in walk(tree))
+    return sum(part[0] == "number" for part in parts_of(tree))

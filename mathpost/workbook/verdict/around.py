@@ -9,7 +9,17 @@ import numpy as np
 
 from mathpost.workbook.meaning.given import may_turn
 from mathpost.workbook.sheet.edits import repaired, said
-from mathpost.workbook.sheet.formula import STATISTICS, Area, areas, form_of, put, text_of, walk, with_areas
+from mathpost.workbook.sheet.formula import (
+    STATISTICS,
+    Area,
+    areas,
+    form_of,
+    parts_of,
+    put,
+    text_of,
+    walk,
+    with_areas,
+)
 from mathpost.workbook.sheet.graph import CLOSE, SAMPLES, beside, offset, same
 from mathpost.workbook.sheet.neighbours import along, between, filled
 
@@ -192,7 +202,7 @@ class Around:
         along, found = (1 if area.shape[1] == 1 else 2), []
         first, last = longer.places[0], longer.places[-1]
         for p, tree in self.graph.trees.items():
-            parts = [part for _, part in walk(tree) if part[0] in STATISTICS] if p != place else ()
+            parts = [part for part in parts_of(tree) if part[0] in STATISTICS] if p != place else ()
             for other, *inner in parts:
                 lines = [part[1].places for part in inner[:1] if part[0] == "area"]
                 lines = [line for line in lines if len({q[3 - along] for q in line}) == 1 < len(line)]

@@ -13,7 +13,7 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.meaning.calculation import SAMPLES
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.sheet.edits import INVERSE, edits, repaired, said
-from mathpost.workbook.sheet.formula import STATISTICS, areas, heads, unrounded, walk
+from mathpost.workbook.sheet.formula import STATISTICS, areas, heads, parts_of, unrounded
 from mathpost.workbook.sheet.graph import CLOSE, at, beside, same
 from mathpost.workbook.sheet.neighbours import as_around
 from mathpost.workbook.verdict.around import Around
@@ -318,10 +318,10 @@ class Beside:
         graph, judge = self.graph, self.judge
         if place not in graph.trees:
             return False
-        form = [part[0] for _, part in walk(graph.tree(place))]
+        form = [part[0] for part in parts_of(graph.tree(place))]
         chain = not set(beside(place)).isdisjoint(graph.uses.get(place, ()))  # as a sum that goes on
         for near in beside(place) if not (judge.unexplained or chain) else ():
-            wanted, like = judge.now(near), [part[0] for _, part in walk(graph.tree(near))]
+            wanted, like = judge.now(near), [part[0] for part in parts_of(graph.tree(near))]
             alike = [p for p in graph.component[place] if graph.form(p) == graph.form(near)]
             once = np.ptp(wanted) <= CLOSE and sum(same(judge.now(p), wanted) for p in alike) < 2
             once |= not wanted.any()

@@ -182,10 +182,14 @@ class Judge(Sampled):
         for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
             for turn in turns:
                 turn.sequence, turn.active = sequence, active != turn.back
-            self._prepare(turns)
-            if all(self.met(turn.targets) for turn in turns):
+            if all(self._is_met(turn) for turn in turns):
                 return sequence, "active" if active else "passive"
+        self._prepare(turns)
         return None
+
+    def _is_met(self, calculation):
+        self._prepare([calculation])
+        return self.met(calculation.targets)
 
     def _repair(self, calculation, said):
         """Put in the right things, one after the other, until the results are right."""

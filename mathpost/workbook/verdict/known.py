@@ -131,7 +131,7 @@ class Known:
             norms += [*each, np.sqrt((each**2).mean(axis=0))]
             norms += [statistic(each, axis=0) for statistic in (np.sum, np.mean, np.max, np.min)]
         norms = [0.0, 1.0, 3**0.5, *norms]  # that of R, as of nine numbers
-        self.norms = np.array([np.broadcast_to(each, SAMPLES) for each in norms])
+        self.norms = _at_samples(norms)
         numbers += [*self.vectors.reshape(-1, SAMPLES), *norms, *(each.max(axis=0) for each in self.vectors)]
         products = [(a * b).sum(axis=0) for a, b in self.pairs]
         between = [
@@ -166,7 +166,7 @@ class Known:
                 [np.arcsin(np.clip(z, -1, 1))] * 2,
             ]
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
-        return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
+        return _at_samples(numbers), angles
 
     def takes_nothing(self, place):
         """Whether a formula refers to an empty cell or range, or to a matrix with a row or a column of such."""
@@ -216,6 +216,14 @@ class Known:
 def agree(values, known):
     """Whether values are what is known, at all samples but the sheet's own."""
     return (np.abs(values - known)[..., 1:] <= CLOSE * (1 + np.abs(known[..., 1:]))).all(axis=-1)
+
+
+def _at_samples(numbers):
+    """Numbers, of which each is of all samples or of each, shape (numbers, samples)."""
+    found = np.empty((len(numbers), SAMPLES))
+    for n, number in enumerate(numbers):
+        found[n] = number
+    return found
 
 
 def _axes(turn):

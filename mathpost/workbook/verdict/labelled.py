@@ -12,7 +12,7 @@ from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS, read_label
 from mathpost.workbook.sheet.edits import INVERSE, edits, said
-from mathpost.workbook.sheet.formula import heads, text_of, unrounded, walk
+from mathpost.workbook.sheet.formula import heads, parts_of, text_of, unrounded
 from mathpost.workbook.sheet.graph import CLOSE, offset, same
 from mathpost.workbook.verdict.known import has_angles, solutions
 
@@ -85,7 +85,7 @@ class Labelled:
 
     def _is_no_difference(self, place, label):
         """Whether a difference, by its label, is a coordinate itself, or one of a cell less itself."""
-        if any(part[0] == "-" and part[1] == part[2] for _, part in walk(self.graph.trees[place])):
+        if any(part[0] == "-" and part[1] == part[2] for part in parts_of(self.graph.trees[place])):
             return True
         now, is_difference = self.judge.now(place), re.search(DIFFERENCE, label, re.I)
         return bool(is_difference) and any(same(now, each) for each in self._plain)
@@ -157,7 +157,7 @@ class Labelled:
         graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
         is_length, root = re.search(LENGTH, label, re.I), ("SQRT", tree)
         repairs = [("wrong value", tree, root, root)] * bool(re.search(DISTANCE, label, re.I))
-        terms = [text_of(term) for _, part in walk(tree) if part[0] == "+" for term in part[1:] if term[0] != "+"]
+        terms = [text_of(term) for part in parts_of(tree) if part[0] == "+" for term in part[1:] if term[0] != "+"]
         twice = tree[0] == "SQRT" and len({*terms}) < len(terms)  # one coordinate is taken twice
         if not (repairs or twice) or self._is_length(judge.now(place)):
             return

@@ -11,8 +11,8 @@ from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation
 from mathpost.workbook.meaning.label import IN_RADIANS
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.file import EMPTY
-from mathpost.workbook.sheet.formula import COMPARISONS, heads, walk
-from mathpost.workbook.sheet.graph import SAMPLES, offset, same
+from mathpost.workbook.sheet.formula import COMPARISONS, heads, parts_of
+from mathpost.workbook.sheet.graph import SAMPLES, at_samples, offset, same
 
 MOST = 1e5  # mm: no more is a limit
 NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
@@ -53,7 +53,7 @@ class Sampled:
     def _wide(self):
         """How much longer lengths must be for some to be beyond the limits that formulas set, as IF(B8>100,…)."""
         limiting = [part for _, part in self.graph.parts if part[0] in {*COMPARISONS, "MIN", "MAX"}]
-        limits = [abs(inner[1]) for part in limiting for _, inner in walk(part) if inner[0] == "number"]
+        limits = [abs(inner[1]) for part in limiting for inner in parts_of(part) if inner[0] == "number"]
         return max([1.0, *(limit / 20 for limit in limits if limit < MOST)])
 
     def _set_units(self, places, base):
@@ -88,11 +88,10 @@ class Sampled:
 
     def now(self, place):
         """What is in a cell at the samples."""
-        if (value := self.values.get(place)) is None:
-            value = self.graph.value(place)
-        if isinstance(value, np.ndarray) and len(value) == SAMPLES:
-            return value
-        return np.broadcast_to(np.nan if value is None else value, SAMPLES)
+        if place in self.values:
+            return at_samples(self.values[place])
+        value = self.graph.value(place)
+        return np.full(SAMPLES, np.nan if value is None else value)
 
     def block(self, places, option=()):
         """What is in some cells, or what `option` puts there, shape (cells, samples)."""
@@ -130,7 +129,7 @@ class Sampled:
 
     def calculate(self, place, tree):
         """What a cell would hold with another formula."""
-        return np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
+        return at_samples(self.graph.cell(place, self.values, tree))
 
     def elements(self, turn, option=()):
         """The windows that are elementary matrices, with `option` → their sense, and what the other would be."""

@@ -73,8 +73,9 @@ class Where:
             for n, place in enumerate(batch):
                 options = self._cell_options(calculation, place, targets, bad, partial(moved, batch), n)
                 yield (*graph.calculation_order(place), 0), (place,), options
-        for place in targets.keys() & {*places}:
-            yield (*graph.calculation_order(place), 0), (place,), self._tried([{place: targets[place]}], targets, bad)
+        for place in (p for p in places if p in targets):
+            options = self._tried([{place: targets[place]}], targets, bad)
+            yield (*graph.calculation_order(place), 0), (place,), options
         everywhere = (("rounded early", ROUNDING), (TO_RADIANS[0], TURNING), (TO_DEGREES[0], TURNING))
         for number, (kind, functions) in enumerate(everywhere):
             places = [p for p in self.found.sorted(formulas) if heads(graph.trees[p]) & functions]
@@ -109,7 +110,8 @@ class Where:
         first, before = bad[0], self.graph.upstream(bad[:1])
         for batch in batched(options, AT_ONCE):
             changes = [{p: v for p, v in option.items() if not same(self.judge.now(p), v)} for option in batch]
-            affected = [self.graph.downstream(changed) for changed in changes]
+            reach = {places: self.graph.downstream(places) for places in map(tuple, changes)}
+            affected = [reach[tuple(changed)] for changed in changes]
             tried = [n for n, reached in enumerate(affected) if reached.issuperset(bad)]
             if not tried:
                 continue

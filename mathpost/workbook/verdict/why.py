@@ -9,7 +9,7 @@ import numpy as np
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Turn
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, repaired
-from mathpost.workbook.sheet.formula import Area, areas, heads, text_of, walk
+from mathpost.workbook.sheet.formula import Area, areas, heads, parts_of, text_of
 from mathpost.workbook.sheet.graph import SAMPLES, beside, same
 from mathpost.workbook.sheet.neighbours import as_around
 
@@ -138,7 +138,7 @@ class Why:
             ("number", float(lacking[1])),
             *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells and p != place),
         ]
-        parts = [part for p in around for _, part in walk(graph.tree(p))]
+        parts = [part for p in around for part in parts_of(graph.tree(p))]
         factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
         factors = {text_of(tree): tree for tree in factors}
         values = [
