@@ -401,9 +401,9 @@ class Graph:
         """Place → the number that stands there, or that the formula gives with the file's inputs; None for text."""
         return self.meant | {place: float(values[0]) for place, values in self.run({}).items()}
 
-    def cell(self, place, values, tree=None):
+    def cell(self, place, values, tree=None, held=()):
         """What the formula of a cell gives, or `tree` in its place: shape (samples,) or (1,)."""
-        return at(self.calculate(tree or self.trees[place], values), self.part.get(place, (0, 0)))
+        return at(self.calculate(tree or self.trees[place], values, held=held), self.part.get(place, (0, 0)))
 
     def calculate(self, tree, values, functions=FUNCTIONS, held=()):
         """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""

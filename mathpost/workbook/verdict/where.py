@@ -10,7 +10,7 @@ from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
 from mathpost.workbook.sheet.formula import CONVERSIONS, ROUNDING, exact, heads
-from mathpost.workbook.sheet.graph import SAMPLES, beside, same
+from mathpost.workbook.sheet.graph import SAMPLES, at_samples, beside, same
 from mathpost.workbook.verdict.sampled import as_window
 from mathpost.workbook.verdict.why import UNEXPLAINED
 
@@ -166,8 +166,10 @@ class Where:
                 for entry in calculation.entries
                 if abs(entry[0] - seen[0][0]) < 0.01 + ROUGHLY * abs(entry[0])
             )
-        for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
-            value = self.judge.calculate(place, tree)
+        changed = edits(self.graph, place) if place in self.graph.trees else ()
+        held = self.graph.parts_at(self.graph.tree(place), self.judge.values)
+        for *_, tree in changed:
+            value = at_samples(self.graph.cell(place, self.judge.values, tree, held))
             if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):
                 seen.append(value)
                 yield value
