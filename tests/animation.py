@@ -1,14 +1,13 @@
 """``python -m tests.animation``: the picture at the top of the README, a lesson whose machine moves."""
 
 import io
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
+from mathpost.site import build
 from tests.conftest import ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -21,11 +20,10 @@ def main():
     from playwright.sync_api import sync_playwright
 
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
-        command = [sys.executable, "-m", "nbconvert", "--config", ".jupyterhub/html_config.py", "--to", "html"]
-        subprocess.run([*command, "--output-dir", folder, "notebooks/00_start_here.ipynb"], cwd=ROOT, check=True)
+        build.build(ROOT / "notebooks", Path(folder))
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--headless", "--no-sandbox"])
         page = browser.new_page(viewport={"width": 1100, "height": 640})
-        page.goto(Path(folder, "00_start_here.html").as_uri())
+        page.goto(Path(folder, "lessons/00_start_here.html").as_uri())
         page.locator(".mathpost-live").evaluate("view => view.scrollIntoView({block: 'center'})")
         view = page.locator(".mathpost-live iframe").content_frame
         view.get_by_role("checkbox").check()

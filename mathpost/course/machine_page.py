@@ -72,8 +72,8 @@ def reach(kin):
     return said
 
 
-def page(kin):
-    """Return the page as HTML."""
+def around(kin):
+    """Return what stands above and below the machine, both HTML."""
     machine, rows = kin.machine, []
     units = ["mm"] * 3 + ["°"] * len(machine.rotary)
     limits = zip(machine.limits * machine.units[:, None], units, strict=True)
@@ -81,13 +81,19 @@ def page(kin):
         travel = f"{low:g} to {high:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
         rows.append(f"<tr><th>{name}<td>{html.escape(said)}<td>{travel}")
     name, source = html.escape(machine.name), html.escape(machine.source)
-    before = f"{FRAME}<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} Source: {source}.</p>"
+    before = f"<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} Source: {source}.</p>"
     after = (
         "<h2>What each axis does</h2><p>Seen from the front, at rotary zero. Compare it with the machine, axis by "
         f"axis.</p><table><tr><th>axis<th>positive direction<th>travel{''.join(rows)}</table>"
         f"<h2>What it reaches</h2>{''.join(f'<p>{line}</p>' for line in reach(kin))}"
     )
-    return view_machine.machine(kin).page(machine.name, before=before, after=after, still=True)
+    return before, after
+
+
+def page(kin):
+    """Return the page as HTML."""
+    before, after = around(kin)
+    return view_machine.machine(kin).page(kin.machine.name, before=FRAME + before, after=after, still=True)
 
 
 def _ways(direction):

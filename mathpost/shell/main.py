@@ -26,6 +26,7 @@ COMMANDS = {  # a file of this folder each, and a line of help
     "assign": "lessons for students, without solutions",
     "grade": "a class's notebooks and workbooks: marks, mix-ups, what needs a look",
     "lessons": "run lessons anew and say what changed",
+    "site": "lessons, machines, commands and reference as pages for any web server, or none",
 }
 
 

@@ -1,0 +1,150 @@
+"""A lesson as part of a page: what its first cells say about it, and its cells as HTML that asks nobody.
+
+Links lead to the published lessons, formulas become MathML, solutions are left out. What answers a guess is folded.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import nbformat
+from jinja2 import pass_context
+from latex2mathml.converter import convert
+from nbconvert import HTMLExporter
+from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
+from nbconvert.preprocessors import Preprocessor, TagRemovePreprocessor
+from traitlets.config import Config
+
+from mathpost.errors import InputError
+
+TEMPLATES = Path(__file__).parent / "templates"
+GUESS = re.compile(r"^Write a guess in the place of None.*\n?", re.MULTILINE)  # there is nothing to run in a page
+NOTEBOOK = re.compile(r"""((?:\]\(|href=["'])[^)"':\s]+)\.ipynb(?=[)"'#])""")
+QUOTED = re.compile('"([^"]+)"')
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """A notebook and what its first cells say; what they do not say is empty."""
+
+    path: Path
+    title: str  # such as "05 · The inverse: from the tool to the joints (运动学逆解)"
+    needs: tuple[str, ...]  # names of the lessons that come before
+    minutes: str
+    goals: tuple[str, ...]  # what a reader can do afterwards, Markdown
+    code: tuple[str, ...]  # its cells
+    body: str  # HTML
+
+    @property
+    def name(self) -> str:
+        """The name of the notebook without its ending."""
+        return self.path.stem
+
+    @property
+    def short(self) -> str:
+        """The title without what stands in parentheses."""
+        return re.sub(r"\s*\([^)]*\)$", "", self.title)
+
+
+class Offline(Preprocessor):
+    """Turn links between notebooks into links between pages, formulas of outputs into MathML; number the views."""
+
+    def preprocess(self, nb, resources):
+        """Change all cells."""
+        self.views = 0
+        return super().preprocess(nb, resources)
+
+    def preprocess_cell(self, cell, resources, index):
+        """Change one cell."""
+        if cell.cell_type == "markdown":
+            cell.source = relinked(cell.source)
+        for output in cell.get("outputs", []):
+            if "text" in output:
+                output["text"] = GUESS.sub("", output["text"])
+            data = output.get("data", {})
+            for kind in {"text/html", "text/markdown"} & data.keys():
+                data[kind] = re.sub('<iframe title="view"', self._titled, relinked(data[kind]))
+            if "text/latex" in data:
+                data["text/html"] = f"<div>{formula(data.pop('text/latex').strip('$ '), block=True)}</div>"
+            if "image/png" in data:
+                output["alt"] = described(output)
+        cell.outputs = [output for output in cell.get("outputs", []) if output.get("text", "shown").strip()]
+        return cell, resources
+
+    def _titled(self, _):
+        self.views += 1
+        return f'<iframe title="Moving view {self.views}"'
+
+
+def relinked(text: str) -> str:
+    """Return Markdown or HTML whose links to notebooks lead to pages."""
+    return NOTEBOOK.sub(r"\1.html", text)
+
+
+def formula(latex: str, *, block: bool = False) -> str:
+    """Return LaTeX as MathML."""
+    return convert(latex, display="block" if block else "inline")
+
+
+def described(output: dict) -> str:
+    """Return a picture's alternative text: axes and names out of its description in numbers."""
+    lines = output.get("metadata", {}).get("image/png", {}).get("alt", "picture").splitlines()
+    panels = [line for line in lines if line.startswith("picture")]
+    names = dict.fromkeys(name for line in lines if not line.startswith("picture") for name in QUOTED.findall(line))
+    return "; ".join(panels) + (f"; it shows {', '.join(names)}" if names else "")
+
+
+class Formulas(IPythonRenderer):
+    """Markdown whose formulas become MathML."""
+
+    def inline_math(self, body):
+        """Return a formula within a line."""
+        return formula(body)
+
+    def block_math(self, body):
+        """Return a formula of its own."""
+        return formula(body, block=True)
+
+
+def markdown(text: str, attachments: dict | None = None) -> str:
+    """Return Markdown as HTML; `attachments` are the pictures of a cell."""
+    renderer = Formulas(escape=False, exclude_anchor_links=True, attachments=attachments or {})
+    return MarkdownWithMath(renderer=renderer).render(text)
+
+
+@pass_context
+def _cell(context, text):
+    """The filter of nbconvert's templates."""
+    return markdown(text, context.get("cell", {}).get("attachments"))
+
+
+def exporter() -> HTMLExporter:
+    """Return what makes a notebook the inside of a page."""
+    config = Config()
+    config.TemplateExporter.extra_template_basedirs = [str(TEMPLATES)]
+    config.TemplateExporter.filters = {"markdown2html": _cell}
+    config.HTMLExporter.preprocessors = [Offline, TagRemovePreprocessor]
+    config.TagRemovePreprocessor.remove_cell_tags = {"solution"}
+    return HTMLExporter(config=config, template_name="notebook")
+
+
+def read(path: Path, made: HTMLExporter) -> Lesson:
+    """Return a lesson; `InputError` if the file is no notebook."""
+    try:
+        notebook = nbformat.read(path, as_version=4)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}", "a notebook", f"{error}".splitlines()[0]) from None
+    head, *later = [cell.source for cell in notebook.cells if cell.cell_type == "markdown"][:2] or [path.stem]
+    before, _, minutes = head.partition("**Time**")
+    _, _, needs = before.partition("**You need first**")
+    goals = later[0].partition("**Afterwards you can**")[2].partition("\n#")[0] if later else ""
+    body, _ = made.from_notebook_node(notebook)
+    return Lesson(
+        path=path,
+        title=head.splitlines()[0].lstrip("# "),
+        needs=tuple(dict.fromkeys(re.findall(r"\]\(([^)/]+)\.ipynb\)", needs))),
+        minutes=(re.findall(r"\d+", minutes) or [""])[0],
+        goals=tuple(re.findall(r"^- (.*?)[;.]?$", re.sub(r"\n(?!- )", " ", goals.strip()), re.MULTILINE)),
+        code=tuple(cell.source for cell in notebook.cells if cell.cell_type == "code"),
+        body=body,
+    )

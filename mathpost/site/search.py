@@ -1,0 +1,66 @@
+"""What the search finds: every page divided at its headings, as one script that a browser loads from a disk.
+
+No words are made of the text: the page looks for what was typed as it stands, so that 五轴 and ``--axis-tolerance``
+are found inside longer words.
+"""
+
+import json
+import re
+from html.parser import HTMLParser
+
+DIVIDES = {"h1", "h2", "h3", "h4", "section", "tr", "div"}  # if they have an id
+SILENT = {"script", "style", "svg", "nav", "annotation"}
+
+
+class Sections(HTMLParser):
+    """The text of a page, from one element with an id to the next."""
+
+    def __init__(self):
+        super().__init__()
+        self.found, self.heading, self.silent = [["", "", []]], "", []
+
+    def handle_starttag(self, tag, attributes):
+        """Begin a section, or what is not read."""
+        given = dict(attributes)
+        if self.silent or tag in SILENT or "source" in (given.get("class") or "").split():
+            self.silent += [tag] if not self.silent or tag == self.silent[0] else []
+            return
+        if tag in DIVIDES and given.get("id"):
+            title = given.get("data-title", "" if tag.startswith("h") else given["id"])
+            self.found.append([given["id"], title, []])
+            self.heading = tag if tag.startswith("h") else ""
+        if given.get("alt"):
+            self.found[-1][2].append(given["alt"])
+
+    def handle_endtag(self, tag):
+        """End a heading, or what is not read."""
+        if self.silent and tag == self.silent[0]:
+            self.silent.pop()
+        if tag == self.heading:
+            self.heading = ""
+
+    def handle_data(self, data):
+        """Keep text."""
+        if self.silent:
+            return
+        if self.heading:
+            self.found[-1][1] += data
+        self.found[-1][2].append(data)
+
+
+def sections(url: str, title: str, page: str) -> list[list[str]]:
+    """Return the sections of a page: address, title of the page, heading, text."""
+    parser = Sections()
+    parser.feed(page)
+    made = []
+    for anchor, heading, words in parser.found:
+        text = re.sub(r"\s+", " ", "".join(words)).strip()
+        if text:
+            made.append([f"{url}#{anchor}" if anchor else url, title, heading.strip(), text])
+    return made
+
+
+def script(found: list[list[str]]) -> str:
+    """Return the index as JavaScript: a page from a disk may load a script, but no data."""
+    rows = ",\n".join(json.dumps(row, ensure_ascii=False, separators=(",", ":")) for row in found)
+    return f"const SECTIONS = [\n{rows}\n];\n"

@@ -1,0 +1,193 @@
+"""The site from a disk, without a network: links, search, keyboard, phone, paper, and what axe-core finds."""
+
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+from mathpost.shell.main import COMMANDS, main
+from mathpost.site import build, commands, course_map, search
+from tests.conftest import DATA, ROOT
+from tests.site.reader import Reader
+from tests.test_browser import lives
+
+KINDS = (  # a page of each
+    "index.html", "lessons/index.html", "lessons/05_inverse_and_selection.html", "machines/index.html",
+    "machines/dmu50v.html", "commands/index.html", "commands/post.html", "reference/index.html",
+    "reference/mathpost.html", "reference/mathpost/kinematics.html", "search.html?q=gimbal lock", "authors.html",
+)  # fmt: skip
+HEAVY = re.compile(r" srcdoc='[^']*'|data:image/png;base64,[^\"]*")  # views are pages of their own
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    """Every page by its path, without the views and pictures that it carries."""
+    return {path: HEAVY.sub("", path.read_text(encoding="utf-8")) for path in sorted(site.rglob("*.html"))}
+
+
+def test_every_link_leads_to_a_file_and_a_place_of_the_site(pages):
+    read = {path: Reader(text) for path, text in pages.items()}
+    broken = []
+    for path, reader in read.items():
+        for link in reader.of("href", "src", "action"):
+            if re.match("https?:|data:", link):
+                continue
+            name, _, anchor = unquote(link).partition("#")
+            target = Path(path.parent, name).resolve() if name else path
+            if not target.is_file() or (anchor and anchor not in read[target].of("id")):
+                broken.append((path.name, link))
+    assert not broken
+    links = [(path.parent, unquote(link)) for path in read for link in read[path].of("href", "action")]
+    linked = {Path(folder, link.partition("#")[0]).resolve() for folder, link in links}
+    assert {path for path in pages if path not in linked} == set(), "nothing leads there"
+
+
+def test_no_page_fetches_anything_from_elsewhere(pages):
+    fetched = re.compile(
+        r"""<(?:script|link|img|iframe|source|form)[^>]*\s(?:src|href|action)=["'](?:https?:|//)"""
+    )
+    assert [path.name for path, text in pages.items() if fetched.search(text)] == []
+
+
+def test_every_page_is_html(pages):
+    html5lib = pytest.importorskip("html5lib", reason="html5lib is not installed")
+    faults = {}
+    for path, text in pages.items():
+        parser = html5lib.HTMLParser()
+        parser.parse(text)
+        ids = Reader(text).of("id")
+        faults[path.name] = [error for _, error, _ in parser.errors] + [i for i in set(ids) if ids.count(i) > 1]
+        assert text.count("<h1") == 1, path
+    assert {name: found for name, found in faults.items() if found} == {}
+
+
+@pytest.mark.parametrize("query", ["五轴", "gimbal lock", "--axis-tolerance"])
+def test_the_search_finds(offline, site, query):
+    offline.errors.clear()
+    offline.goto((site / "lessons/index.html").as_uri())
+    offline.get_by_role("searchbox").fill(query)
+    offline.keyboard.press("Enter")
+    first = offline.locator("#results a").first
+    first.wait_for()
+    assert all(query in text.lower() for text in offline.locator("#results mark").all_inner_texts()[:3])
+    first.click()
+    offline.wait_for_load_state()
+    assert query in offline.locator("main").text_content().lower()
+    assert not offline.asked and not offline.errors
+
+
+def test_the_search_says_that_there_is_nothing(offline, site):
+    offline.goto((site / "search.html").as_uri() + "?q=<b>xyzzy")
+    offline.get_by_text("No places with “<b>xyzzy”.").wait_for()
+    offline.locator("#query").fill("C jump")
+    offline.locator("#results a").first.wait_for()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(browser, site, scheme):
+    axe = pytest.importorskip("axe_playwright_python", reason="axe-core is not installed")
+    rules = (Path(axe.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+    page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme=scheme)
+    found = {}
+    for kind in KINDS:
+        page.goto(f"{site.as_uri()}/{kind}")
+        for frame in page.frames:  # the views, too
+            frame.evaluate(rules)
+        said = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")["violations"]
+        for each in said:
+            if each["impact"] in ("serious", "critical"):
+                found[kind, each["id"]] = [node["html"][:120] for node in each["nodes"]]
+    page.close()
+    assert found == {}
+
+
+def test_the_keyboard_reaches_text_search_and_sliders(offline, site):
+    offline.goto((site / "index.html").as_uri())
+    offline.keyboard.press("Tab")
+    assert offline.evaluate("document.activeElement.textContent") == "Skip to the text"
+    offline.keyboard.press("Enter")
+    assert offline.url.endswith("#main")
+    (view,) = lives(offline)
+    before = view.said()
+    for _ in range(4):  # the picture, then the first sliders with their boxes
+        offline.keyboard.press("Tab")
+    offline.keyboard.press("ArrowRight")
+    offline.keyboard.press("ArrowRight")
+    assert view.said() != before
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_phone_need_not_scroll_sideways(offline, site, kind):
+    offline.set_viewport_size({"width": 360, "height": 740})
+    offline.goto(f"{site.as_uri()}/{kind}")
+    assert offline.evaluate("document.documentElement.scrollWidth") <= 360
+    offline.set_viewport_size({"width": 1280, "height": 720})
+
+
+def test_paper_has_the_still_picture_of_a_view(offline, site):
+    offline.goto((site / "lessons/05_inverse_and_selection.html").as_uri())
+    offline.emulate_media(media="print")
+    assert not offline.locator(".mathpost-live iframe").first.is_visible()
+    assert offline.locator(".mathpost-live img").first.is_visible()
+    assert not offline.locator("header.site").is_visible()
+    offline.emulate_media(media="screen")
+
+
+def test_every_command_has_an_example_that_runs_and_all_its_options(site):
+    assert set(COMMANDS) - set(commands.EXAMPLES) == {"site"}, "which is the example"
+    for name in COMMANDS:
+        page = (site / f"commands/{name}.html").read_text(encoding="utf-8")
+        assert set(re.findall(r"Exit status (\d)", page)) <= {"0", "1"}, name
+        assert "Traceback" not in page and "expected" not in page.split("All it takes")[0]
+    post = (site / "commands/post.html").read_text(encoding="utf-8")
+    assert (
+        'id="axis-tolerance"' in post and "of the tool axis; default 0.1<" in post and "BEGIN PGM BLADE MM" in post
+    )
+
+
+def test_every_machine_has_a_page(site):
+    names = {path.stem for path in (DATA / "machines").glob("*.toml")} | {"index"}
+    assert {path.stem for path in (site / "machines").glob("*.html")} == names
+
+
+def test_the_reference_has_what_the_package_offers(site):
+    import mathpost
+
+    page = (site / "reference/mathpost.html").read_text(encoding="utf-8")
+    assert all(f'<section id="{name}">' in page for name in mathpost.__all__)
+    assert "Returns" in (site / "reference/mathpost/kinematics.html").read_text(encoding="utf-8")
+
+
+def test_a_folder_without_notebooks_is_refused(tmp_path, capsys):
+    assert main(["site", str(tmp_path), "-o", str(tmp_path / "html")]) == 2
+    assert "expected a folder of notebooks" in capsys.readouterr().err
+    assert not (tmp_path / "html").exists()
+
+
+def test_the_map_has_a_curve_for_each_need_and_none_for_others():
+    drawn = course_map.svg([("a", ()), ("b", ("a",)), ("c", ("a", "b", "elsewhere"))])
+    assert drawn.count("C") == 3 and drawn.count("h0") == 3
+    assert 'd="M30 5C' in drawn and "30 25" in drawn, "from the middle of the first row to that of the last"
+
+
+def test_headings_get_anchors_that_differ():
+    assert build.anchored("<h2>五轴 <b>A</b></h2><h3>五轴 a</h3>") == (
+        '<h2 id="五轴-a">五轴 <b>A</b></h2><h3 id="五轴-a-1">五轴 a</h3>'
+    )
+
+
+def test_sections_are_divided_at_ids_and_leave_out_what_is_not_read():
+    page = '<h1>T</h1> 1<script>x</script><h2 id="s">S</h2><nav>y<nav>y</nav></nav> 2'
+    page += '<tr id="o" data-title="--o"><td>3</td></tr>'
+    assert search.sections("u", "t", page) == [
+        ["u", "t", "", "T 1"],
+        ["u#s", "t", "S", "S 2"],
+        ["u#o", "t", "--o", "3"],
+    ]
+
+
+def test_the_site_and_the_readme_have_the_same_lessons(site):
+    course = (site / "lessons/index.html").read_text(encoding="utf-8")
+    listed = [name for name in re.findall(r'<li><a href="([\w]+)\.html"', course)]
+    assert listed == [path.stem for path in sorted((ROOT / "notebooks").glob("*.ipynb"))]
