@@ -39,10 +39,11 @@ def _imported(source):
 
 def pages(names: Iterable[str]) -> dict[str, tuple[str, str]]:
     """Return for each module the first line of its docstring and its reference as HTML."""
-    how = {"search": False, "show_source": False, "include_undocumented": False}
-    pdoc.render.configure(docformat="numpy", template_directory=TEMPLATES, **how)
+    pdoc.render.configure(
+        docformat="numpy", template_directory=TEMPLATES, search=False, show_source=False, include_undocumented=False
+    )
     part = re.compile(r"<h[56][^>]*>(.*?)</h[56]>")  # of a docstring, such as Returns: no heading of the page
-    every = {name: pdoc.doc.Module(import_module(name)) for name in names}
+    every = {name: pdoc.doc.Module(_loaded(name)) for name in names}
     return {
         name: (
             module.docstring.splitlines()[0],
@@ -50,3 +51,11 @@ def pages(names: Iterable[str]) -> dict[str, tuple[str, str]]:
         )
         for name, module in every.items()
     }
+
+
+def _loaded(name):
+    """A module, with what it loads only when it is asked for."""
+    module = import_module(name)
+    for offered in getattr(module, "__all__", ()):
+        getattr(module, offered)
+    return module
