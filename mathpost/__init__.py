@@ -2,7 +2,8 @@
 
 Read the files beside this one first: rotation, euler, frame, machine, chain, kinematics, errors; `formula` compiles
 what they derive, codegen prints it for other programs. The rest is in rooms, each with its own reading order:
-sources, plane, measure, detective, compensate, workbook, path, controls, post, draw, course, classroom, site, shell.
+sources, plane, measure, detective, compensate, workbook, path, controls, post, draw, course, classroom, workbench,
+site, shell.
 """
 
 from importlib import import_module
