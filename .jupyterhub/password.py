@@ -5,8 +5,10 @@ Teachers cannot log in before this was done for them. It also helps a student wh
 """
 
 import argparse
+import base64
 import dbm
 import getpass
+import hashlib
 import os
 import sys
 from pathlib import Path
@@ -15,13 +17,22 @@ import bcrypt
 
 CLASS = Path(os.environ.get("MATHPOST_CLASS", Path(__file__).resolve().parent.parent / "class")).resolve()
 SHORTEST = 8
+LONGEST = 72  # bytes that bcrypt takes; 40 Chinese characters have 120
+
+
+def fitting(password):
+    """What bcrypt is given: the password, or a digest of one that is too long for it."""
+    content = password.encode("utf-8", "surrogateescape")
+    if len(content) <= LONGEST:
+        return password
+    return base64.b64encode(hashlib.sha256(content).digest()).decode()
 
 
 def set_password(passwords, name, password):
     """Store the password of a name of the lists; None removes it."""
     with dbm.open(str(passwords), "c", 0o600) as stored:
         if password is not None:
-            stored[name] = bcrypt.hashpw(password.encode(), bcrypt.gensalt())
+            stored[name] = bcrypt.hashpw(fitting(password).encode("utf-8", "surrogateescape"), bcrypt.gensalt())
         elif name in stored:
             del stored[name]
 

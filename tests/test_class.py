@@ -1,5 +1,6 @@
 """A class on JupyterHub: how the course is handed out, and three students on a real hub on loopback."""
 
+import asyncio
 import importlib.util
 import json
 import os
@@ -352,6 +353,26 @@ def test_passwords_are_set_for_names_of_the_lists_alone():
         assert "At least 8" in tool("password.py", folder, "ada", said="short\n").stderr
         assert stat.S_IMODE((folder / "hub").stat().st_mode) == 0o700
         assert not tool("password.py", folder, "teacher", "--drop").returncode
+
+
+@pytest.mark.parametrize("password", ["密" * 40, "p" * 73, "a" * 100_000, "eight ch"], ids=len)
+def test_a_long_password_is_taken_whole(password, monkeypatch):
+    """By the script and by the hub alike: at the first log-in, at the next ones, and when it is changed."""
+    pytest.importorskip("bcrypt")
+    with class_folder(["ada", "bob"]) as folder:
+        config = configuration(folder, monkeypatch, MATHPOST_ONE_ACCOUNT="1")
+        config.Listed.create_users = True  # there is no database here to ask who exists
+        listed = config.JupyterHub.authenticator_class(config=config)
+
+        def enters(name, typed):
+            said = asyncio.run(listed.authenticate(None, {"username": name, "password": typed}))
+            return said == {"name": name, "admin": False}
+
+        assert not tool("password.py", folder, "ada", said=f"{password}\n").returncode
+        assert enters("ada", password) and not enters("ada", password[:-1] + "x")
+        assert enters("bob", password) and enters("bob", password) and not enters("bob", password[:-1] + "x")
+        assert "success" in listed.reset_password("bob", password + "y")
+        assert enters("bob", password + "y") and not enters("bob", password)
 
 
 def test_values_for_a_faculty_start_what_the_class_starts():
