@@ -11,6 +11,8 @@ from mathpost.post import selection
 from mathpost.post import time_law as module
 from mathpost.post.time_law import SETTLE, block_times, slow_down, time_law
 from mathpost.post.ways import Crossing
+from tests.conftest import DATA
+from tests.linuxcnc import samples
 
 RATE, ACCELERATION = np.radians(36), np.radians(200)  # of C on the DMU 50V
 LINEAR = 2000.0  # mm/s², X and Y
@@ -217,3 +219,27 @@ def test_the_report_has_real_seconds(dmu50v, blade):
     assert record == 4 and taken > 100 * wanted  # B turns by 13° while the tip all but stands
     assert report.peaks["C"] == pytest.approx([36, 200]) and report.time > 6
     assert "peaks " in str(report) and f"before record {record + 1}: {taken:.3f} s" in str(report)
+
+
+# What LinuxCNC took for programs of ours: the last time of each way in the stored samples.
+SAMPLED = [(name, way) for name, (_, _, _, ways, _) in samples.PATHS.items() for way in ways]
+
+
+@pytest.mark.parametrize(("name", "way"), SAMPLED)
+def test_the_seconds_that_a_real_control_took(name, way):
+    rows = (DATA / f"measurements/linuxcnc_{name}.csv").read_text(encoding="utf-8").splitlines()[3:]
+    took = max(float(row.split(",")[1]) for row in rows if row.startswith(f"{way},"))
+    report = samples.posted(name)[way].report
+    assert report.time == pytest.approx(took, rel=0.01 if way == "G61" else 0.02)
+
+
+def test_a_control_that_looks_ahead_over_all_axes_is_faster_than_this_one():
+    """Where no axis turns LinuxCNC looks ahead as well; beside the pole the laws differ."""
+    seconds = {}
+    for name in ("upright", "pole"):
+        for dialect in ("fanuc", "linuxcnc_g64", "linuxcnc"):
+            seconds[name, dialect] = post.run(samples.PATHS[name][1], samples.SETUP, dialect=dialect).report.time
+    assert seconds["upright", "fanuc"] == pytest.approx(seconds["upright", "linuxcnc"], rel=1e-9)
+    half = seconds["upright", "fanuc"] + 25 / LINEAR  # 1500 mm/min, reached and left with half the acceleration
+    assert seconds["upright", "linuxcnc_g64"] == pytest.approx(half, rel=1e-6)
+    assert seconds["pole", "fanuc"] < 0.9 * min(seconds["pole", "linuxcnc"], seconds["pole", "linuxcnc_g64"])
