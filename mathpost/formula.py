@@ -79,58 +79,119 @@ def slices(shape):
 def shared(expressions, symbols=None, named=()):
     """Take apart what expressions have in common: pairs of a symbol and its value, and the expressions in these.
 
-    Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Unlike `sympy.cse` it looks for
-    equal parts only, and lets sympy simplify nothing again, which takes most of the time there. Symbols that are
-    `named`, pairs of a symbol and its meaning, give way to that.
+    Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Two parts are the same if they are
+    equal once what they are made of is, or equal up to the sign: the second branch of an inverse takes the root and
+    the division of the first. Unlike `sympy.cse` it lets sympy simplify nothing again, which takes most of the
+    time there. Symbols that are `named`, pairs of a symbol and its meaning, give way to that.
     """
-    meaning = dict(named)
-
-    def parts(expression):
-        return [meaning.get(part, part) for part in _parts(expression)]
-
-    expressions = [meaning.get(entry, entry) for entry in map(sp.sympify, expressions)]
-    symbols = symbols or sp.numbered_symbols("common")
-    uses, left, built, pairs = Counter(expressions), [*dict.fromkeys(expressions)], {}, []
-    while left:
-        for part in parts(left.pop()):
-            uses[part] += 1
-            if uses[part] == 1:
-                left.append(part)
-
-    def build(part):
-        if part not in built:
-            built[part] = new = _put_together(part, [build(each) for each in parts(part)])
-            if uses[part] > 1 and new.args and isinstance(new, sp.Expr):  # no condition, no case of a Piecewise
-                built[part] = next(symbols)
-                pairs.append((built[part], new))
-        return built[part]
-
-    return pairs, [build(entry) for entry in expressions]
+    values = _Values(dict(named))
+    results = [values.signed(sp.sympify(entry)) for entry in expressions]
+    return values.written(results, symbols or sp.numbered_symbols("common"))
 
 
-def _parts(expression):
-    """What an expression is made of: of a constant nothing, of a product the constant factor and the rest."""
-    if not expression.args or expression.is_number:
-        return ()
-    if expression.is_Pow:
-        return expression.args[:1]
-    if expression.is_Mul and any(factor.is_number for factor in expression.args):
-        constant = [factor for factor in expression.args if factor.is_number]
-        rest = [factor for factor in expression.args if not factor.is_number]
-        return sp.Mul(*constant), sp.Mul(*rest, evaluate=False)
-    return expression.args
+class _Values:
+    """Values numbered as they are met, each a leaf or an operation on values before it (value numbering).
+
+    An operand is a pair of a sign and the number of a value.
+    """
+
+    ODD = (sp.sin, sp.tan, sp.asin, sp.atan)
+
+    def __init__(self, meaning):
+        self.meaning = meaning
+        self.met = {}  # expression to operand
+        self.numbers = {}  # leaf, or operation on sorted operands, to number
+        self.values = []  # by number: a leaf, or a function, its operands as they stand, and the exponent of a power
+
+    def signed(self, expression):
+        """The operand that an expression is."""
+        expression = self.meaning.get(expression, expression)
+        if expression not in self.met:
+            self.met[expression] = self._take(expression)
+        return self.met[expression]
+
+    def _take(self, expression):
+        if not expression.args or expression.is_number:
+            leaf = _leaf(expression)
+            negative = leaf.is_Number and leaf.is_negative
+            return (-1, self._number(-leaf)) if negative else (1, self._number(leaf))
+        if expression.is_Mul:
+            return self._product(expression)
+        if expression.is_Pow and expression.exp.is_number:
+            sign, base = self.signed(expression.base)
+            if expression.exp.is_Integer:
+                return int(sign**expression.exp), self._operation(sp.Pow, [(1, base)], expression.exp)
+            return 1, self._operation(sp.Pow, [(sign, base)], expression.exp)
+        operands = [self.signed(part) for part in expression.args]
+        if expression.is_Add:
+            sign, _ = min(operands, key=lambda operand: operand[1])
+            return sign, self._operation(sp.Add, [(sign * each, number) for each, number in operands])
+        if isinstance(expression, self.ODD):
+            ((sign, number),) = operands
+            return sign, self._operation(expression.func, [(1, number)])
+        if isinstance(expression, sp.cos):
+            operands = [(1, number) for _, number in operands]
+        return 1, self._operation(expression.func, operands)
+
+    def _product(self, expression):
+        """A product is its constant factor times the rest, which is a value of its own."""
+        factor = _leaf(sp.Mul(*(part for part in expression.args if part.is_number)))
+        operands = [self.signed(part) for part in expression.args if not part.is_number]
+        sign = math.prod(each for each, _ in operands) * (-1 if factor.is_negative else 1)
+        rest = [(1, number) for _, number in operands]
+        product = self._operation(sp.Mul, rest) if len(rest) > 1 else rest[0][1]
+        if abs(factor) != 1:
+            product = self._operation(sp.Mul, [(1, self._number(abs(factor))), (1, product)])
+        return sign, product
+
+    def _operation(self, function, operands, exponent=None):
+        key = sorted(operands) if function in (sp.Add, sp.Mul) else operands
+        return self._number((function, tuple(key), exponent), (function, operands, exponent))
+
+    def _number(self, key, value=None):
+        if key not in self.numbers:
+            self.numbers[key] = len(self.values)
+            self.values.append(key if value is None else value)
+        return self.numbers[key]
+
+    def written(self, results, symbols):
+        """The values that are used more than once as pairs of a symbol and an expression, and the results."""
+        uses, pairs, expressions = Counter(number for _, number in results), [], {}
+        for number in reversed(range(len(self.values))):  # operands have smaller numbers
+            if uses[number] and isinstance(self.values[number], tuple):
+                uses.update({operand for _, operand in self.values[number][1]})
+        for number, value in enumerate(self.values):
+            if not uses[number]:
+                continue
+            if not isinstance(value, tuple):
+                expressions[number] = value
+                continue
+            function, operands, exponent = value
+            parts = [_with_sign(sign, expressions[operand]) for sign, operand in operands]
+            parts += [exponent] * (exponent is not None)
+            is_value = issubclass(function, sp.Expr)  # no condition, no case of a Piecewise
+            expression = function(*parts, **({"evaluate": False} if is_value else {}))
+            if uses[number] > 1 and is_value:
+                symbol = next(symbols)
+                pairs.append((symbol, expression))
+                expression = symbol
+            expressions[number] = expression
+        return pairs, [_with_sign(sign, expressions[number]) for sign, number in results]
 
 
-def _put_together(expression, parts):
-    """An expression of these parts as they stand; a constant as a float, but for whole numbers that one holds."""
-    if not parts:
-        exact = not expression.is_number or (expression.is_Integer and abs(expression) < 2**53)
-        return expression if exact else sp.N(expression, 30)
-    if expression.is_Pow:
-        return sp.Pow(*parts, expression.exp, evaluate=False)
-    # A condition knows no such choice.
-    as_it_stands = {"evaluate": False} if isinstance(expression, sp.Expr) else {}
-    return expression.func(*parts, **as_it_stands)
+def _leaf(expression):
+    """A symbol as it stands; a constant as a float, but for whole numbers that one holds."""
+    exact = not expression.is_number or (expression.is_Integer and abs(expression) < 2**53)
+    return expression if exact else sp.N(expression, 30)
+
+
+def _with_sign(sign, expression):
+    if sign > 0:
+        return expression
+    factors = expression.args if expression.is_Mul else (expression,)
+    if factors[0].is_Number:
+        return sp.Mul(-factors[0], *factors[1:], evaluate=False) if len(factors) > 1 else -expression
+    return sp.Mul(-1, *factors, evaluate=False)
 
 
 @cache

@@ -17,7 +17,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import as_array
-from mathpost.formula import numeric
+from mathpost.formula import numeric, slices
 from mathpost.rotation import about, unit, wrap
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
@@ -199,26 +199,34 @@ class Kinematics:
             NaN where the tool axis is out of reach. At the pole, where each workpiece-side angle is right, it is 0.
             One rotary axis makes a tool axis in one position: the second branch is NaN.
         """
-        tip, axis = as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis"))
-        tip_and_axis = *np.moveaxis(tip, -1, 0), *np.moveaxis(axis, -1, 0)
+        tips, axes = np.broadcast_arrays(as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis")))
+        poses, shape = tips.shape[:-1], (2, len(self.symbols))
+        tips, axes = tips.reshape(-1, 3), axes.reshape(-1, 3)
+        joints = np.empty((*shape, len(tips)))
+        for rows in slices((len(tips),)):  # all of the inverse while a piece is in the processor's cache
+            joints[..., rows] = np.moveaxis(self._joints(tips[rows], axes[rows]), 0, -1)
+        joints = np.moveaxis(joints, -1, 0).reshape(*poses, *shape)
+        if degrees:
+            np.rad2deg(joints[..., 3:], out=joints[..., 3:])
+        return joints
+
+    def _joints(self, tip, axis):
+        """The joints of both branches, (n, 2, 5), of tips and unit tool axes (n, 3)."""
         with np.errstate(divide="ignore", invalid="ignore"):  # at the pole, mended below
-            found = self._both_branches(*tip_and_axis, *self.reach_terms(axis))
-        found = found.reshape(*found.shape[:-1], len(self.symbols) - 3, len(self.symbols) + 1)
+            found = self._both_branches(*tip.T, *axis.T, *self.reach_terms(axis))
+        found = found.reshape(len(tip), -1, len(self.symbols) + 1)
         joints, squared = found[..., :-1], found[..., -1]
         if (at_pole := squared < AT_POLE).any():
             joints[at_pole, self.workpiece_side] = 0
-            tips = np.broadcast_to(tip[..., None, :], (*at_pole.shape, 3))
+            tips = np.broadcast_to(tip[:, None], (*at_pole.shape, 3))
             joints[at_pole] = self.close(tips[at_pole], joints[at_pole, 3:])
         rotary = joints[..., 3:]
         if (beyond := (rotary >= np.pi) | (rotary <= -np.pi)).any():
             rotary[beyond] = wrap(rotary[beyond], 2 * np.pi)
         if self.tool_side is None:
-            missed = np.linalg.norm(self.forward(joints)[1] - axis[..., None, :], axis=-1) > PRINTED
+            missed = np.linalg.norm(self.forward(joints)[1] - axis[:, None], axis=-1) > PRINTED
             joints[missed] = np.nan
-            joints = np.concatenate([joints, np.full_like(joints, np.nan)], axis=-2)
-            rotary = joints[..., 3:]
-        if degrees:
-            np.rad2deg(rotary, out=rotary)
+            joints = np.concatenate([joints, np.full_like(joints, np.nan)], axis=1)
         return joints
 
     def close(self, tip, rotary):
