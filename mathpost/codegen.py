@@ -13,16 +13,17 @@ from sympy.printing.jscode import JavascriptCodePrinter
 from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.formula import shared
-from mathpost.kinematics import ABOVE, AT_POLE, BELOW, PRINTED, REACH_TOLERANCE
+from mathpost.kinematics import ABOVE, AT_POLE, BELOW, PRINTED, REACH_TOLERANCE, solved
 
 LANGUAGES = ("latex", "js", "c")
 
 
-def function(name, outputs, arguments, language="js"):
+def function(name, outputs, arguments, language="js", named=()):
     """Print expressions as the source of a function ``name(q, out)`` that reads one array and fills another.
 
     `arguments` are symbols of any name, in their order in the array `q`; `language` is ``"js"`` or ``"c"``. The
-    JavaScript function also returns `out`, by default a new array.
+    JavaScript function also returns `out`, by default a new array. `named` are pairs of a further symbol and what
+    it stands for.
 
     Examples
     --------
@@ -35,21 +36,20 @@ def function(name, outputs, arguments, language="js"):
         out[1] = q1*sin(q0);
     }
     """
-    named = dict(zip(arguments, sp.symbols(f"q:{len(arguments)}"), strict=True))
-    entries = [sp.sympify(entry).xreplace(named) for entry in outputs]
-    common, results = shared(entries, sp.numbered_symbols("t"))
+    read = dict(zip(arguments, sp.symbols(f"q:{len(arguments)}"), strict=True))
+    entries = [sp.sympify(entry).xreplace(read) for entry in outputs]
+    meaning = [(symbol, value.xreplace(read)) for symbol, value in named]
+    common, results = shared(entries, sp.numbered_symbols("t"), meaning)
     head, number, code = _DIALECTS[language]
-    used = set().union(*(entry.free_symbols for entry in entries))
-    lines = [
-        f"    {number} {symbol} = q[{index}];" for index, symbol in enumerate(named.values()) if symbol in used
-    ]
+    used = set().union(*(entry.free_symbols for entry in (*results, *(value for _, value in common))))
+    lines = [f"    {number} {symbol} = q[{index}];" for index, symbol in enumerate(read.values()) if symbol in used]
     lines += [f"    {number} {symbol} = {code(value)};" for symbol, value in common]
     lines += [f"    out[{index}] = {code(value)};" for index, value in enumerate(results)]
     return "\n".join([head.format(name=name), *lines, *(["    return out;"] if language == "js" else []), "}"])
 
 
 class _Doubles:
-    """Constants with all digits of a double, squares as products."""
+    """Constants with all digits of a double, squares as products, roots as such."""
 
     def _print_Float(self, number):
         return repr(float(number))
@@ -57,6 +57,8 @@ class _Doubles:
     def _print_Pow(self, power):
         if power.exp == 2 and power.base.is_Symbol:
             return f"{power.base}*{power.base}"
+        if power.exp == -sp.S.Half:
+            return f"1.0/{self._print(sp.sqrt(power.base))}"
         return super()._print_Pow(power)
 
 
@@ -103,21 +105,20 @@ def body(kin, *, jacobian=True):
 
 def _printed(kin, language, jacobian=True):
     """All functions of a machine in one language, the inverse made of them by hand."""
-    functions = "\n\n".join(function(name, *pair, language) for name, pair in _functions(kin, jacobian).items())
+    functions = "\n\n".join(
+        function(name, outputs, arguments, language, *named)
+        for name, (outputs, arguments, *named) in _functions(kin, jacobian).items()
+    )
     templates = {"js": (_JS_INVERSE, _JS_INVERSE_OF_ONE), "c": (_C_INVERSE, _C_INVERSE_OF_ONE)}
     inverse = templates[language][kin.tool_side is None]
     inverse = inverse.format(
-        workpiece_side=kin.workpiece_side,
-        tool_side=kin.tool_side,
-        tolerance=REACH_TOLERANCE,
-        printed=PRINTED,
-        pole=AT_POLE,
+        workpiece_side=kin.workpiece_side, tolerance=REACH_TOLERANCE, printed=PRINTED, pole=AT_POLE
     )
     return f"{functions}\n{inverse}"
 
 
 def _functions(kin, jacobian=True):
-    """What both languages compute: name to outputs and arguments."""
+    """What both languages compute: name to outputs, arguments and, of the inverse, what names stand for."""
     derived, matrix = kin.inverse_symbolic, kin.forward_symbolic()
     pose = [*matrix[:3, 3], *matrix[:3, 2]]
     slopes = [*sp.Matrix(pose).jacobian(kin.symbols)] if jacobian else []
@@ -127,16 +128,8 @@ def _functions(kin, jacobian=True):
         "forward": (pose, kin.symbols),
         **({"jacobian": (slopes, kin.symbols)} if jacobian else {}),
         "close_loop": (derived.linear, (*derived.tip, *kin.symbols[3:])),
-        **(_two_branches(derived) if derived.solutions else {"workpiece_side_turn": (derived.turn, derived.axis)}),
-    }
-
-
-def _two_branches(derived):
-    """What the inverse of two rotary joints takes, the tool-side one first."""
-    return {
-        "reach": ((derived.below, derived.above), derived.axis),
-        "tool_side_angles": (derived.solutions, (BELOW, ABOVE)),
-        "workpiece_side_turn": (derived.turn, (*derived.axis, derived.tool_side)),
+        **({"reach": ((derived.below, derived.above), derived.axis)} if derived.solutions else {}),
+        "solve": solved(derived, kin.symbols[3:]),
     }
 
 
@@ -149,7 +142,7 @@ def _header(kin):
     joints, derived = ", ".join(kin.machine.joint_names), kin.inverse_symbolic
     bodies = ", ".join(name for name, _ in chain.bodies(kin.machine))
     one, count = derived.tool_side is None, len(kin.symbols)
-    solved = "the joints, angle" if one else "the joints of both branches, angles"
+    found = "the joints, angle" if one else "the joints of both branches, angles"
     angles = (
         f"Angle {derived.workpiece_side}"
         if one
@@ -162,7 +155,7 @@ def _header(kin):
         " * forward   q -> x, y, z, i, j, k.",
         f" * jacobian  q -> 6 rows of {count} numbers: the derivatives of the pose with respect to the joints.",
         " * close     tip and the rotary angles -> X, Y, Z that put the tip there (C: close_loop).",
-        f" * inverse   tip and tool axis (of any length) -> {solved} in (-pi, pi].",
+        f" * inverse   tip and tool axis (of any length) -> {found} in (-pi, pi].",
         f" *           {angles}: 0 at the pole, where any fits.",
         f" *           null (C: the result 0 instead of {2 - one}) out of reach. Travel is not looked at.",
     )
@@ -170,34 +163,37 @@ def _header(kin):
 
 _JS_INVERSE = """
 const close = (tip, rotary) => close_loop([...tip, ...rotary]);
+const half_turn = (a) => a > Math.PI ? a - 2 * Math.PI : a <= -Math.PI ? a + 2 * Math.PI : a;
 
 function inverse(tip, axis) {{
     const n = axis.map((x) => x / Math.hypot(...axis)), [below, above] = reach(n);
     if (!(below >= -{tolerance} && above >= -{tolerance})) return null;
-    return tool_side_angles([Math.max(below, 0), Math.max(above, 0)]).map((angle) => {{
-        const q = [0, 0, 0, 0, 0], [rise, run] = workpiece_side_turn([...n, angle]);
-        q[{tool_side}] = angle > Math.PI ? angle - 2 * Math.PI : angle <= -Math.PI ? angle + 2 * Math.PI : angle;
-        q[{workpiece_side}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
-        [q[0], q[1], q[2]] = close(tip, q.slice(3));
-        return q;
+    const found = solve([...tip, ...n, Math.max(below, 0), Math.max(above, 0)]);
+    return [found.slice(0, 6), found.slice(6)].map(([x, y, z, first, second, squared]) => {{
+        const rotary = [half_turn(first), half_turn(second)];
+        if (squared >= {pole}) return [x, y, z, ...rotary];
+        rotary[{workpiece_side} - 3] = 0;
+        return [...close(tip, rotary), ...rotary];
     }});
 }}
 """
 _C_INVERSE = """
 int inverse(const double tip[3], const double axis[3], double q[2][5]) {{
     const double pi = 3.14159265358979323846, length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
-    double turn[4] = {{axis[0]/length, axis[1]/length, axis[2]/length, 0}}, r[2], angle[2], s[2];
-    reach(turn, r);
-    if (!(r[0] >= -{tolerance} && r[1] >= -{tolerance})) return 0;
-    r[0] = fmax(r[0], 0);
-    r[1] = fmax(r[1], 0);
-    tool_side_angles(r, angle);
+    double pose[8] = {{tip[0], tip[1], tip[2], axis[0]/length, axis[1]/length, axis[2]/length, 0, 0}}, found[12];
+    reach(pose + 3, pose + 6);
+    if (!(pose[6] >= -{tolerance} && pose[7] >= -{tolerance})) return 0;
+    pose[6] = fmax(pose[6], 0);
+    pose[7] = fmax(pose[7], 0);
+    solve(pose, found);
     for (int branch = 0; branch < 2; branch++) {{
+        const double *const solution = found + 6*branch;
         double *const joints = q[branch];
-        turn[3] = angle[branch];
-        workpiece_side_turn(turn, s);
-        joints[{tool_side}] = turn[3] > pi ? turn[3] - 2*pi : turn[3] <= -pi ? turn[3] + 2*pi : turn[3];
-        joints[{workpiece_side}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
+        for (int joint = 0; joint < 5; joint++) joints[joint] = solution[joint];
+        for (int joint = 3; joint < 5; joint++)
+            joints[joint] += joints[joint] > pi ? -2*pi : joints[joint] <= -pi ? 2*pi : 0;
+        if (!(solution[5] < {pole})) continue;
+        joints[{workpiece_side}] = 0;
         const double closing[5] = {{tip[0], tip[1], tip[2], joints[3], joints[4]}};
         close_loop(closing, joints);
     }}
@@ -208,24 +204,24 @@ _JS_INVERSE_OF_ONE = """
 const close = (tip, rotary) => close_loop([...tip, ...rotary]);
 
 function inverse(tip, axis) {{
-    const n = axis.map((x) => x / Math.hypot(...axis)), [rise, run] = workpiece_side_turn(n), q = [0, 0, 0, 0];
-    q[{workpiece_side}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
-    [q[0], q[1], q[2]] = close(tip, q.slice(3));
-    const made = forward(q);
+    const n = axis.map((x) => x / Math.hypot(...axis)), [x, y, z, angle, squared] = solve([...tip, ...n]);
+    const turned = squared < {pole} ? 0 : angle <= -Math.PI ? Math.PI : angle;
+    const q = [...close(tip, [turned]), turned], made = forward(q);
     return Math.hypot(made[3] - n[0], made[4] - n[1], made[5] - n[2]) <= {printed} ? [q] : null;
 }}
 """
 _C_INVERSE_OF_ONE = """
 int inverse(const double tip[3], const double axis[3], double q[1][4]) {{
-    const double length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
-    const double turn[3] = {{axis[0]/length, axis[1]/length, axis[2]/length}};
-    double s[2], made[6];
-    workpiece_side_turn(turn, s);
-    q[0][{workpiece_side}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
-    const double closing[4] = {{tip[0], tip[1], tip[2], q[0][3]}};
+    const double pi = 3.14159265358979323846, length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
+    const double pose[8] = {{tip[0], tip[1], tip[2], axis[0]/length, axis[1]/length, axis[2]/length, 0, 0}};
+    double found[5], made[6];
+    solve(pose, found);
+    const double angle = found[4] < {pole} ? 0 : found[3] <= -pi ? pi : found[3];
+    const double closing[4] = {{tip[0], tip[1], tip[2], angle}};
+    q[0][3] = angle;
     close_loop(closing, q[0]);
     forward(q[0], made);
-    const double x = made[3] - turn[0], y = made[4] - turn[1], z = made[5] - turn[2];
+    const double x = made[3] - pose[3], y = made[4] - pose[4], z = made[5] - pose[5];
     return sqrt(x*x + y*y + z*z) <= {printed};
 }}
 """

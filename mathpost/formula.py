@@ -101,7 +101,7 @@ class _Values:
         self.meaning = meaning
         self.met = {}  # expression to operand
         self.numbers = {}  # leaf, or operation on sorted operands, to number
-        self.values = []  # by number: a leaf, or a function, its operands as they stand, and the exponent of a power
+        self.values = []  # by number: a leaf, or a function, its operands in their order, the exponent of a power
 
     def signed(self, expression):
         """The operand that an expression is."""

@@ -255,14 +255,16 @@ class Kinematics:
 
     @cached_property
     def _both_branches(self):
-        return _solved(self.inverse_symbolic, self.symbols[3:])
+        return numeric(*solved(self.inverse_symbolic, self.symbols[3:]))
 
 
-@lru_cache(maxsize=256)
-def _solved(derived, rotary):
-    """For each branch the joints and the sum of the squares of `Inverse.turn`, which is 0 at the pole.
+def solved(derived, rotary):
+    """Return an `Inverse` solved for the joints, as expressions, their arguments, and pairs of name and meaning.
 
-    The cosines and sines of both angles are algebraic in what the angles come from: none is computed from an angle.
+    For each branch X Y Z, the angles `rotary` and the sum of the squares of `Inverse.turn`, which is 0 at the pole;
+    arguments are tip, tool axis, `BELOW` and `ABOVE`. The cosines and sines of both angles are algebraic in what
+    the angles come from: none is computed from an angle. The named symbols stand in the expressions for terms that
+    sympy would otherwise look at each time.
     """
     entries, named = [], {}  # of a symbol sympy knows that it is real; of what it stands for it would ask at length
     for branch, solution in enumerate(derived.solutions or (None,)):
@@ -280,7 +282,7 @@ def _solved(derived, rotary):
         angles[derived.workpiece_side] = sp.atan2(rise, run)
         linear = [coordinate.xreplace(values) for coordinate in derived.linear]
         entries += [*linear, *(angles[joint] for joint in rotary), squared]
-    return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE), tuple(named.items()))
+    return tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE), tuple(named.items())
 
 
 def _perpendicular(u):
