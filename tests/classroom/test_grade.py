@@ -373,19 +373,27 @@ def test_every_word_of_the_report_has_its_chinese_and_no_other():
     assert len(asked) > 30 and asked - words.keys() == {"not handed in"} - words.keys()
 
 
+def with_helpers(complaint):
+    """The parsed sources of a complaint and of the functions that it calls to judge."""
+    found, todo = {}, [complaint]
+    while todo:
+        each = todo.pop()
+        found[each] = ast.parse(inspect.getsource(each)).body[0]
+        names = [part.id for part in ast.walk(found[each]) if isinstance(part, ast.Name)]
+        called = [vars(inspect.getmodule(each)).get(name) for name in names]
+        course = ("mathpost.course.exercises", "mathpost.course.judged_program")
+        called = [one for one in called if inspect.isfunction(one) and one.__module__.startswith(course)]
+        todo += [one for one in called if one not in found]
+    return list(found.values())
+
+
 def test_every_mixup_of_every_exercise_has_its_chinese_and_no_other():
     for name, each in OURS.items():
         for sentence in [*each.slips, *(said for said, _ in ([] if each.complaint else each.common))]:
             assert grade_page.chinese(name, sentence), f"{name}: {sentence}"
         wanted = set(each.slips)
         if each.complaint:
-            node = ast.parse(inspect.getsource(each.complaint)).body[0]
-            beside = vars(inspect.getmodule(each.complaint))
-            called = [beside.get(part.id) for part in ast.walk(node) if isinstance(part, ast.Name)]
-            helpers = [one for one in called if getattr(one, "__module__", "") == each.complaint.__module__]
-            helpers = [one for one in helpers if inspect.isfunction(one)]
-            sources = [node, *(ast.parse(inspect.getsource(one)).body[0] for one in helpers)]
-            body = ast.Module([line for one in sources for line in one.body[1:]], [])
+            body = ast.Module([line for one in with_helpers(each.complaint) for line in one.body[1:]], [])
             wanted |= {text for text in texts(body) if text.endswith((".", "?", ". {}"))}
         own = {key for key in grade_page.sections().get(name, {}) if key.endswith((".", "?", ". {}"))}
         assert own == wanted, f"{name}: {own ^ wanted}"
@@ -403,6 +411,9 @@ ENGLISH = re.compile(r"[a-z]{3,}")
         *(("07-lowest", low) for low in (-5, -25, -12, 300)),
         *(("05-meet", axis) for axis in ((0, 0, 1), (1, 0, 1), (0, 0, -1))),
         ("06-limits", (-10, 120)),
+        *(("07c-pole", place) for place in ((5, 0), (6, 3), (1, 1))),
+        *(("07c-turn", turned) for turned in (0, 100)),
+        ("07c-package", 5),
         ("06-limits", (5, 0)),
         ("05b-trap", (10, 5, 3)),
         ("11b-gouge", ((10, 5), (12, 0))),

@@ -5,23 +5,19 @@ from functools import cache
 import numpy as np
 
 from mathpost.controls.reader import read
-from mathpost.course.answers import Kind, Name, Number, Vector
+from mathpost.course.answers import Name, Number, Vector
+from mathpost.course.judged_program import Program, unproved
 from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_axis, with_travel
 from mathpost.course.verdict import define, slip
-from mathpost.errors import InputError
 from mathpost.path import cl as cldata
 from mathpost.post import run
 from mathpost.post.between_blocks import linearize
-from mathpost.post.match import between, match
-from mathpost.post.proof import joints_of
-from mathpost.post.time_law import block_times
 from mathpost.sources import yu_dan
 
 ROWS = (40, 50, 60, 70, 80)
 ROUNDED = 0.005 * (1 + 1e-6)  # degrees that the rounding of 07-lowest may take or give
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
-TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
-FEED, SLOWER = 800, 1.1  # mm/min of its path; by which factor a block may take longer than feed and rates ask for
+FEED = 800  # mm/min of the path of 07-alone
 
 
 @define("07-pivot", Name("40 50 60 70 80"))
@@ -129,72 +125,12 @@ def new_path():
     return cldata.to_text(cldata.from_arrays(points, axes, feed=FEED), title="flank")
 
 
-class Program(Kind):
-    """The text of a program."""
-
-    asked = "the text of a Heidenhain program"
-
-    def read(self, answer):
-        if not isinstance(answer, str):
-            raise InputError("answer", self.asked, "something else")
-        return answer
-
-    def show(self, value):
-        lines = value.splitlines()
-        return f"{len(lines)} lines, from {lines[0]!r} to {lines[-1]!r}"
+def not_alone(text):
+    """Say what is wrong with a program for the new path."""
+    return unproved(text, load("bc_table"), cldata.parse(new_path(), "the CL data"))
 
 
-def unproved(text):
-    """Say what is wrong with a program for the new path: read back, records in order, then the way between them."""
-    kin, path = load("bc_table"), cldata.parse(new_path(), "the CL data")
-    blocks = read(text, kin.machine, name="your program")
-    joints = joints_of(kin, blocks)
-    if out := [words for each in joints for words in kin.machine.out_of_travel(each)]:
-        return f"Out of travel: {out[0]}."
-    found = match(kin, path, joints, tip=TIP, axis=np.radians(AXIS))
-    if len(found.blocks) < len(path):
-        return (
-            f"No block ends at record {len(found.blocks) + 1}, in its turn: the tip comes within {found.tip:.3f} "
-            f"mm of it, with the tool axis {np.degrees(found.axis):.3f}° off."
-        )
-    moves = between(kin, path, joints, found)
-    for move in np.flatnonzero(moves.height < LIFTED):
-        last = moves.record[move] + 1
-        if moves.tip[move] > TIP and not blocks.tcp[move + 1]:
-            return f"Between records {last - 1} and {last} the tip strays by {moves.tip[move]:.3f} mm."
-        if np.degrees(moves.axis[move]) > AXIS:
-            lean = np.degrees(moves.axis[move])
-            return f"Between records {last - 1} and {last} the tool axis strays by {lean:.3f}°."
-    return wrong_feed(kin, joints, blocks, found.blocks[0], moves)
-
-
-def wrong_feed(kin, joints, blocks, first, moves):
-    """Say which block in cut has neither the feed of the path nor the time that this and the rates ask for."""
-    tips = kin.forward(joints)[0]
-    steps = len(joints) - 1
-    asked = block_times(kin.machine, joints, tips, np.full(steps, FEED), np.ones(steps, bool))
-    approach, record = blocks.feeds[first], 1
-    if not blocks.rapid[first] and abs(approach - FEED) > 0.5:
-        return f"On the way to record {record} the feed is {approach:g} mm/min; the CL data have {FEED}."
-    for move in np.flatnonzero(moves.height < LIFTED):
-        block, record = first + move + 1, moves.record[move] + 1
-        seconds, feed, needed = blocks.seconds[block], blocks.feeds[block], asked[block - 1]
-        if blocks.rapid[block]:
-            return f"On the way to record {record} a block is rapid, and the tool is in cut."
-        if not np.isnan(seconds):
-            if not 0.99 * needed - 0.001 <= seconds <= SLOWER * needed + 0.01:
-                return (
-                    f"On the way to record {record} a block takes {seconds:.3f} s; "
-                    f"feed and rates of the machine ask for {needed:.3f} s."
-                )
-        elif np.isnan(feed):
-            return f"On the way to record {record} a block states no feed and no time."
-        elif abs(feed - FEED) > 0.5:
-            return f"On the way to record {record} the feed is {feed:g} mm/min; the CL data have {FEED}."
-    return ""
-
-
-@define("07-alone", Program(), given=new_path, complaint=unproved)
+@define("07-alone", Program(), given=new_path, complaint=not_alone)
 def alone():
     """Read back, it reaches every record in order at its feed, and keeps both tolerances between them."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program
