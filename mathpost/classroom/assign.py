@@ -16,7 +16,7 @@ from mathpost.course.verdict import EXERCISES, OPEN
 from mathpost.errors import InputError, OutputError
 from mathpost.files import write_text
 
-CALLS = re.compile(r"exercise\.(check|solution|progress)\s*\(")
+CALLS = re.compile(r"exercise\.(check|solution|progress|given)\s*\(")
 DEFINES = re.compile(r"@?\bexercise\.define\s*\(")
 SHOWN = re.compile(r"Solution of|Hint for")
 DRAWN = re.compile(r"<!--drawn:([\w-]+):(\w+)-->(.*?)<!--/drawn-->", re.DOTALL)

@@ -61,6 +61,7 @@ class Exercise:
     detective: Callable | None = None  # returns an `Explanation` of an answer that no slip gives
     given: Callable | None = None  # what the question hands out, such as a program with an error in it
     drawn: Callable | None = None  # ``drawn(rng)``: arguments drawn for one student, a dict
+    together: str = ""  # exercises with the same word here draw the same
     student: str = ""  # for whom the numbers were drawn; "" for those of the lesson
 
     @cached_property
@@ -73,7 +74,9 @@ class Exercise:
         """The arguments of the solution: its defaults, or those drawn for the student."""
         stated = inspect.signature(self.solve).parameters.items()
         found = {name: each.default for name, each in stated if each.default is not each.empty}
-        return found | (self.drawn(random.Random(f"{self.name} {self.student}")) if self.student else {})
+        return found | (
+            self.drawn(random.Random(f"{self.together or self.name} {self.student}")) if self.student else {}
+        )
 
     def with_arguments(self, function, *values):
         """Call a function with `values` and those arguments of the solution that it names."""

@@ -127,6 +127,9 @@ def drawn(rng):
     return {"seed": rng.randrange(1, 10**6)}
 
 
+OWN = {"drawn": drawn, "together": "07c"}
+
+
 def pose(rng):
     """A tip and a tool axis within 60° of the pole."""
     lean, heading = np.radians(rng.uniform(5, 60)), rng.uniform(-np.pi, np.pi)
@@ -157,7 +160,7 @@ def not_inverse(found, seed):
     return ""
 
 
-@define("07c-inverse", INVERSE, complaint=not_inverse, drawn=drawn)
+@define("07c-inverse", INVERSE, complaint=not_inverse, **OWN)
 def both_branches(seed=0):
     """Both branches make the same pose, at inputs drawn at random: what is right there is right anywhere."""
 
@@ -190,7 +193,7 @@ def not_nearest(value, seed):
     return compared(PLACE, value, nearest_to_the_pole(seed), mixups, "Sample each arc, or drop the perpendicular.")
 
 
-@define("07c-pole", PLACE, complaint=not_nearest, drawn=drawn)
+@define("07c-pole", PLACE, complaint=not_nearest, **OWN)
 def nearest_to_the_pole(seed=0, at_records=False, first=1):
     """The foot of the perpendicular from the pole to the arc between two records, or a record itself."""
     kin, path = task(seed).kin, task(seed).path
@@ -216,7 +219,7 @@ def not_least(value, seed):
     return compared(TURN, value, least_turn(seed), mixups, "Which candidates does each record have?")
 
 
-@define("07c-turn", TURN, complaint=not_least, drawn=drawn)
+@define("07c-turn", TURN, complaint=not_least, **OWN)
 def least_turn(seed=0, by_formula=False, granted=GRANTED, travel=True):
     """Bellman's recursion with the turn of C as the cost; a record at the pole has the C of its neighbours."""
     kin, path = task(seed).kin, task(seed).path
@@ -240,7 +243,7 @@ def not_proved(text, seed):
     return unproved(text, task(seed).kin, task(seed).path)
 
 
-@define("07c-program", Program(), given=lambda seed: task(seed), complaint=not_proved, drawn=drawn)
+@define("07c-program", Program(), given=lambda seed: task(seed), complaint=not_proved, **OWN)
 def program(seed=0):
     """Read back, it reaches every record at its feed, and keeps tip, arc and travel between them."""
     return run(task(seed).path, task(seed).kin.machine, name="part").program
@@ -261,7 +264,7 @@ def not_those_seconds(value, seed):
     return compared(SECONDS, value, seconds_of_the_package(seed), mixups, hint)
 
 
-@define("07c-package", SECONDS, complaint=not_those_seconds, drawn=drawn)
+@define("07c-package", SECONDS, complaint=not_those_seconds, **OWN)
 def seconds_of_the_package(seed=0):
     """The package's default, `direct`, timed as its text is read back."""
     return run(task(seed).path, task(seed).kin.machine, name="part").report.time
