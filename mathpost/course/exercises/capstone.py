@@ -231,9 +231,9 @@ def least_turn(seed=0, by_formula=False, granted=GRANTED, travel=True):
     _, away = singular.nearest(kin, path.axes[:-1], path.axes[1:])
     least = np.zeros(len(nodes[0]))
     for (before, after), from_pole in zip(pairwise(nodes), away, strict=True):
-        turns = np.abs(after[:, None, kin.outer] - before[:, kin.outer])
+        turns = np.abs(after[:, None, kin.workpiece_side] - before[:, kin.workpiece_side])
         turns = np.minimum(turns % (2 * np.pi), -turns % (2 * np.pi))
-        same_branch = after[:, None, kin.inner] * before[:, kin.inner] >= 0
+        same_branch = after[:, None, kin.tool_side] * before[:, kin.tool_side] >= 0
         least = np.where(same_branch | (from_pole <= granted), least + turns, np.inf).min(axis=1)
     return np.degrees(least.min())
 
