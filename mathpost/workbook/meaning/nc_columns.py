@@ -52,7 +52,7 @@ class Table:
     counters: tuple = ()
     left: tuple = ()  # rows in between that are not of the table
     others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
-    exchanged: bool = False  # whether tip and X Y Z stand under each other's headings
+    exchanged: tuple = ()  # a cell that stands under another one's heading, and a sentence
     source: tuple = ()  # the columns of tip and axis
     words: tuple = ()
 
@@ -201,9 +201,33 @@ def _table(graph, kinematics, columns, enough):
     others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[-2:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
-    sides = [{columns[n].said for n in part} for part in (tip, words[-5:-2])]
+    exchanged = _exchanged(graph, kinematics, *([columns[n] for n in part] for part in (tip, axis, words)))
     columns = tuple(source), tuple(columns[n] for n in words)
-    return Table(rows, units, counters, tuple(left), tuple(others), sides == [{"nc"}, {"cl"}], *columns)
+    return Table(rows, units, counters, tuple(left), tuple(others), exchanged, *columns)
+
+
+def _exchanged(graph, kinematics, tip, axis, words):
+    """The first cell under the heading of another column, or that is made of such, and what is said there."""
+    names = "".join(name[0].lower() for name in kinematics.machine.joint_names)
+    if [{c.said for c in part} for part in (tip, words[-5:-2])] == [{"nc"}, {"cl"}]:
+        return words[0].places[0], "the headings say that this is the tip, and that the tip is X Y Z: exchanged"
+    parts = (
+        (tip, "xyz"),
+        (axis, "ijk"),
+        (axis, "uvw"),
+        (axis, "xyz"),
+        (words[-5:-2], names[:3]),
+        (words[-2:], names[3:]),
+    )
+    for part, letters in parts:
+        said = ["".join(column.letters) for column in part]
+        if sorted(said) == sorted(letters) and said != [*letters]:
+            k = next(k for k in range(len(said)) if said[k] != letters[k])
+            place = part[k].places[0]
+            made = [p for column in words for p in column.places[:1] if place in graph.upstream([p])]
+            text = f"{letters[k]} stands under the heading {said[k]}: exchanged"
+            return next(iter(made), place) if part[k].typed else place, text
+    return ()
 
 
 def _is_count(values):
@@ -247,6 +271,7 @@ class _Roles:
             words[k] = self.choose(k, self.turning(self.demanded[..., k - 3]), {*axis, *words.values()})
         if list(words.values()).count(None) > 1:
             return None
+        words = self.as_they_fit(words, {k: self.turning(self.demanded[..., k - 3]) for k in words})
         if enough == ENOUGH_OF_ROTARY:
             return self.rotary_alone(axis, words)
         tips = [t for t in self.triples("xyz") if not {*axis, *words.values()}.intersection(t)]
@@ -280,12 +305,21 @@ class _Roles:
                 words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
         if None in words.values() or len(set(words.values())) < 5:
             return None
+        words |= self.as_they_fit({k: words[k] for k in range(3)}, fits)
         fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
         fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
         headed = all(self.names[k] in self.columns[n].letters for k, n in words.items())
         if fitting < enough[headed]:
             return None  # a coincidence
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
+
+    @staticmethod
+    def as_they_fit(words, fits):
+        """Columns, by joint, that are only right if some stand under each other's headings: by what they are."""
+        for columns in permutations(words.values()) if None not in words.values() else ():
+            if all(fits[k][n] > 0.5 for k, n in zip(words, columns, strict=True)):
+                return dict(zip(words, columns, strict=True))
+        return words
 
     def rotary_alone(self, axis, words):
         """Rotary words without others, unless as many numbers stand beside them as a tip and X Y Z are."""

@@ -42,7 +42,7 @@ class Words(Calculation):
     units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
     table: int = 0  # of a workbook with several
     preferred: int | None = None
-    exchanged: bool = False  # whether the headings say that its tip is X Y Z, and the other way round
+    exchanged: tuple = ()  # of its table: a cell that stands under another one's heading, and a sentence
     complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's

@@ -211,7 +211,7 @@ class Recognised(Vectors):
         return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)
 
     def _add_turn(self, triple, calculations, before=()):
-        triple = self._as_named(triple)
+        triple = self.as_named(triple)
         angles = self._of(triple, self.angles)
         if before:
             angles = self.sorted(self.angles & self.graph.upstream(triple, before))
@@ -486,15 +486,15 @@ class Recognised(Vectors):
         self.vectors = set(given["result"])
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
-    def _as_named(self, cells, kind="outcome"):
+    def as_named(self, cells, kinds=("outcome",)):
         """The three cells of a result, or of a point, in the order x, y, z that their labels say."""
-        said = [self.coordinate(p, (kind,)) for p in cells]
+        said = [self.coordinate(p, kinds) for p in cells]
         named = sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3
         return tuple(cells[said.index((n,))] for n in range(3)) if named else cells
 
     def _tell(self, calculation, calculations, plane=None):
-        calculation.results = self._as_named(calculation.results)
-        calculation.point = self._as_named(calculation.point, "coordinate")
+        calculation.results = self.as_named(calculation.results)
+        calculation.point = self.as_named(calculation.point, ("coordinate",))
         if any(name[:1] == "-" for name in self.names):
             calculation.signs = [-1 if name[:1] == "-" else 1 for name in self.names]
             if self._named_in_the_text(calculation.angles) != calculation.angles:

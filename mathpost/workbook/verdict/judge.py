@@ -97,11 +97,8 @@ class Judge(Sampled):
             for calculation in self.unexplained:
                 self.faults.append(self.fault(calculation.results[0], "other convention", text))
             self.unexplained = []
-        for table in (t for t in tables if t[0].exchanged):
-            text = "the headings say that this is the tip, and that the tip is X Y Z: exchanged"
-            self.faults.append(
-                self.fault(table[0].results[0], "wrong point", f"{self.graph.short(table[0].results[0])}: {text}")
-            )
+        for place, text in (t[0].exchanged for t in tables if t[0].exchanged):
+            self.faults.append(self.fault(place, "exchanged", f"{self.graph.short(place)}: {text}"))
         axes = Counter(row.axis for row in words)
         for table in tables:  # beside its twin a table is on the branch that it shows
             alone = [row for row in table if axes[row.axis] == 1]
@@ -202,7 +199,7 @@ class Judge(Sampled):
             targets = {p: t for p, t in targets.items() if not any(p in c.targets for c in later)}
             missed = {p: targets.pop(p) for p in self.bad(targets) if p not in calculation.targets}
             found = self._by_labels(calculation, said, bad)
-            found = found or self.where.earliest(calculation, targets, bad, missed)
+            found = found or self.where.earliest(calculation, targets, bad, missed) or self._exchanged(calculation)
             strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
             if found is None and not isinstance(calculation, Words):
                 self.unexplained.append(calculation)
@@ -220,6 +217,19 @@ class Judge(Sampled):
             self._prepare(later)
             self.targets.update(chain.from_iterable(c.targets.items() for c in later))
         self.faults[first:] = _one_convention(self.faults[first:])
+
+    def _exchanged(self, calculation):
+        """What belongs into the cells of a result whose coordinates stand under each other's headings, recorded."""
+        results, wanted = calculation.results[:3], [*calculation.targets.values()][:3]
+        if not (isinstance(calculation, Turn) and len(results) == 3 and all(map(self.found.coordinate, results))):
+            return None
+        fits = np.array([[same(self.now(p), each) for each in wanted] for p in results])
+        if not (fits.any(axis=0) & fits.any(axis=1)).all():
+            return None
+        k = int(np.argmin(fits.diagonal()))
+        text = f"is {'xyz'[int(fits[k].argmax())]}', and {'xyz'[k]}' belongs there: exchanged"
+        self.faults.append(self.fault(results[k], "exchanged", f"{self.graph.short(results[k])} {text}"))
+        return dict(zip(results, wanted, strict=True))
 
     def _choose(self, last):
         """Take vectors on the way that are right, but for one cell, in place of what only follows from them."""

@@ -6,7 +6,7 @@ digits. Those that stand in line with these and are not taken there are wrong.
 
 from collections import Counter, defaultdict
 from functools import reduce
-from itertools import product
+from itertools import permutations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -55,16 +55,22 @@ class Operator(NamedTuple):
 class Threes:
     """The threes of a sheet of numbers, but for cells `taken`; `found` says sequence, convention and labels.
 
-    `links` are (point, result, operator) of all that stand in line with those that fit.
+    x, y and z are where the headings say; with `exchanged`, two or three of a point or of a result may stand under
+    each other's. `links` are (point, result, operator) of all that stand in line with those that fit.
     """
 
-    def __init__(self, graph, found, taken):
+    def __init__(self, graph, found, taken, exchanged=False):
         self.graph, self.found, self.links = graph, found, []
+        self.orders = [([0, 1, 2], [0, 1, 2])]
+        if exchanged:
+            others = [list(order) for order in permutations(range(3))][1:]
+            self.orders = [each for order in others for each in ((order, [0, 1, 2]), ([0, 1, 2], order))]
         left = {p for p in graph.component if p not in taken and graph.value(p) is not None}
         self.threes = []
         for place, along in product(sorted(left, key=graph.reading_order), (1, 2)):
             places = tuple((place[0], place[1] + n * (along == 2), place[2] + n * (along == 1)) for n in range(3))
             if left.issuperset(places) and len(self.threes) < MOST:
+                places = found.as_named(places, ("coordinate", "outcome"))
                 self.threes.append(Three(places, (place[0], along, place[3 - along]), place[along]))
         self.values = np.array([self.look(three.places) for three in self.threes]).reshape(-1, 3)
         self.telling = np.count_nonzero(self.values, axis=1) > 1  # a vector along an axis agrees by luck
@@ -88,6 +94,10 @@ class Threes:
         single = [elementary(a, -t if active else t) for a, t in zip(sequence.upper(), radians, strict=True)]
         return {word: reduce(np.matmul, [single[n] for n in word]) for word in words(self.found)}
 
+    def _turned(self, matrix):
+        """A matrix, shape (…, 3, 3); or such as it is for what stands under each other's headings."""
+        return [matrix[..., rows, :][..., columns] for rows, columns in self.orders]
+
     def angles(self, named=None):
         """The cells of the angles that take most threes to others, and the radians of 1; None if none does."""
         tree, best = cKDTree(self.values), (0, None)
@@ -95,12 +105,13 @@ class Threes:
             numbers = self.look(cells)
             for radians in (np.pi / 180, 1.0) if numbers.any() and np.abs(numbers).max() <= 360 else ():
                 matrix = [*self.products(numbers * radians).values()][-1]
-                made = self.values @ matrix.T
-                off, nearest = tree.query(made, p=np.inf)
-                fits = (off <= self.half[nearest]) & self._may_follow(slice(None), nearest)
-                fits &= (np.abs(made - self.values).max(axis=1) > 0.1) & self.telling
-                count = int(fits.sum()) + 3 * bool((tree.query(matrix, p=np.inf)[0] < NEAR).all())
-                best = max(best, (count, (cells, radians)), key=lambda each: each[0])
+                shown = bool((tree.query(matrix, p=np.inf)[0] < NEAR).all())
+                for turned in self._turned(matrix):
+                    made = self.values @ turned.T
+                    off, nearest = tree.query(made, p=np.inf)
+                    fits = (off <= self.half[nearest]) & self._may_follow(slice(None), nearest)
+                    fits &= (np.abs(made - self.values).max(axis=1) > 0.1) & self.telling
+                    best = max(best, (int(fits.sum()) + 3 * shown, (cells, radians)), key=lambda each: each[0])
         return best[1] if named or best[0] > 1 or len(self.threes) <= FEW else None
 
     def matrices(self, known):
@@ -126,7 +137,8 @@ class Threes:
     def link(self, operators, done):
         """Find which strips become which by the operators; `done` are cells that are told already."""
         found = []
-        for n, operator in enumerate(operators):
+        variants = [(n, op._replace(matrix=m)) for n, op in enumerate(operators) for m in self._turned(op.matrix)]
+        for n, operator in variants:
             for (start, end, step), rows in self._fits(operator).items():
                 apart = abs(start[2] - end[2]) + abs(step) + 99 * (start[0] != end[0])
                 found.append((-len(rows), apart, n, start, end, step, rows))
@@ -178,11 +190,12 @@ class Threes:
                 if len(rows) < 3:
                     continue
                 i, j = ([each[k] for k in rows] for each in members[1:])
-                made = np.einsum("nij,nj->ni", [matrices[k] for k in rows], self.values[i])
-                fits = (np.abs(made - self.values[j]).max(axis=1) <= self.half[j]) & self._may_follow(i, j)
-                if fits.sum() > max(best[0], 2, len(rows) / 2):
-                    places = [tuple(self.threes[each[k]].places for each in members) for k in rows]
-                    best = fits.sum(), [(angles, radians, *others) for angles, *others in places]
+                for turned in self._turned(np.array([matrices[k] for k in rows])):
+                    made = np.einsum("nij,nj->ni", turned, self.values[i])
+                    fits = (np.abs(made - self.values[j]).max(axis=1) <= self.half[j]) & self._may_follow(i, j)
+                    if fits.sum() > max(best[0], 2, len(rows) / 2):
+                        places = [tuple(self.threes[each[k]].places for each in members) for k in rows]
+                        best = fits.sum(), [(angles, radians, *others) for angles, *others in places]
         return best[1]
 
 

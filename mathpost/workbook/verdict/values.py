@@ -108,18 +108,22 @@ def _rows_below(graph, blocks):
 
 def _by_rows(graph, found):
     """Blocks and formulas of a table of which each row has angles, a point and what became of it."""
-    threes, blocks, implied = Threes(graph, found, ()), [], {}
-    for n, (angles, radians, point, result) in enumerate(threes.link_rows() if threes.threes else ()):
+    blocks, implied, ways = [], {}, (Threes(graph, found, (), exchanged) for exchanged in (False, True))
+    links = next(filter(None, (threes.link_rows() for threes in ways if threes.threes)), ())
+    for n, (angles, radians, point, result) in enumerate(links):
         *_, whole = _out_of_sight(graph, found, angles, radians, n, implied).values()
         blocks += [Block(Role("angle", (k,)), (p,)) for k, p in enumerate(angles)]
         _add_link(point, result, Operator(np.eye(3), whole), blocks, implied)
     return blocks, implied
 
 
-def _by_threes(graph, found, blocks, implied):
-    """Further blocks and formulas, of points and what became of them, that only the numbers tell."""
+def _by_threes(graph, found, blocks, implied, exchanged=False):
+    """Further blocks and formulas, of points and what became of them, that only the numbers tell.
+
+    What is right only if coordinates stand under each other's headings is told, too, and judged by the headings.
+    """
     taken = {p for role, places in blocks if role.kind not in GIVEN for p in places}
-    threes, told, more, hidden = Threes(graph, found, taken), {}, [], {}
+    threes, told, more, hidden = Threes(graph, found, taken, exchanged), {}, [], {}
     if len(threes.threes) < 2:
         return [], {}
     named = {role.word: places[0] for role, places in blocks[::-1] if role.kind == "angle"}
@@ -154,8 +158,11 @@ def _by_threes(graph, found, blocks, implied):
         whole = [op for op in operators[: len(shown)] if np.allclose(op.matrix, right, atol=1e-3)]
         done |= {p for role, places in blocks if role.kind == "coordinate" for p in places}
         threes.link([op._replace(matrix=op.matrix.T) for op in whole], done)
-    for link in threes.links:
-        _add_link(*link, more, told)
+    if not (threes.links or exchanged):
+        return _by_threes(graph, found, blocks, implied, exchanged=True)
+    for point, result, operator in threes.links:
+        if not exchanged or all(map(found.coordinate, (*point, *result))):
+            _add_link(point, result, operator, more, told)
     return more, told
 
 
@@ -211,6 +218,8 @@ def _beside(graph, blocks, implied):
         matrices = [reduce(np.matmul, [single[k] for k in word]) for word in WORDS]
         points = [b.places for b in blocks if b.role.kind == "coordinate"]
         points = [[graph.value(p) for (p,) in points[n : n + 3]] for n in range(0, len(points) - 2, 3)]
+        is_result = any(b.role.kind == "outcome" for b in blocks)  # else who knows where it is
+        points = points if is_result else []
         vectors = [matrix @ np.array(point, dtype=float) for matrix, point in product(matrices, points)]
         known = np.concatenate([radians, np.cos(radians), np.sin(radians), *map(np.ravel, matrices), *vectors])
     rest = graph.component.keys() - {p for b in blocks if b.role.kind in ("angle", "coordinate") for p in b.places}

@@ -1,0 +1,88 @@
+"""Columns, or rows, under each other's headings: what is right only under other headings is wrong."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.workbook.cells import Book, Values, address
+from tests.workbook.test_machining import checked, table
+
+PAIRS = [*combinations(("x", "y", "z"), 2), *combinations(("i", "j", "k"), 2), ("X", "Z"), ("A", "C")]
+ANGLES = 33, 52, -71
+POINTS = ((12, 0, 5), (-31, 44, 8), (7, 19, -62), (80, -5, 23), (15, -22, 31))
+
+
+def as_numbers(cells):
+    values = Values(Book(cells)).all()
+    is_formula = {p: isinstance(cell, str) and cell.startswith("=") for p, cell in cells.items()}
+    return {p: round(float(values[p][0]), 5) if is_formula[p] else cell for p, cell in cells.items()}
+
+
+def exchanged(cells, names):
+    places = [next(p for p, text in cells.items() if text == name) for name in names]
+    return cells | dict(zip(places, names[::-1], strict=True))
+
+
+@pytest.mark.parametrize("numbers", [False, True])
+@pytest.mark.parametrize("layout", ["points in columns", "rounded"])
+def test_columns_of_a_machines_table_under_each_others_headings_are_wrong(layout, numbers, tmp_path):
+    cells, _, task = table(layout)
+    names = {"points in columns": {"A": "B"}}.get(layout, {})
+    cells = as_numbers(cells) if numbers else cells
+    assert checked(tmp_path / "right.xlsx", cells, task).verdict == "right"
+    for n, pair in enumerate(PAIRS):
+        other = exchanged(cells, [names.get(name, name) for name in pair])
+        report = checked(tmp_path / f"{n}.xlsx", other, task)
+        assert [fault.cause for fault in report.faults] == ["exchanged"], (pair, str(report))
+
+
+def points(down, order="xyz"):
+    """Five points and what becomes of them, in rows or in columns, and its places; formulas written by hand."""
+    (a, b, c), cells = np.radians(ANGLES), {("S", 1, 1): "ZXZ Euler angles, coordinates in the turned frame"}
+    cells |= {("S", 2, 1 + 2 * n): name for n, name in enumerate(("alpha", "beta", "gamma"))}
+    cells |= {("S", 2, 2 + 2 * n): angle for n, angle in enumerate(ANGLES)}
+    matrix = Rotation.from_euler("ZXZ", (a, b, c)).as_matrix().T
+    entries = [
+        ["{ca}*{cg}-{sa}*{cb}*{sg}", "{sa}*{cg}+{ca}*{cb}*{sg}", "{sb}*{sg}"],
+        ["-{ca}*{sg}-{sa}*{cb}*{cg}", "-{sa}*{sg}+{ca}*{cb}*{cg}", "{sb}*{cg}"],
+        ["{sa}*{sb}", "-{ca}*{sb}", "{cb}"],
+    ]
+    named = {
+        f"{f[0].lower()}{n}": f"{f}(RADIANS({p}2))"
+        for n, p in zip("abg", "BDF", strict=True)
+        for f in ("COS", "SIN")
+    }
+    cells |= {("S", 2 + n, 10 + k): "=" + entries[n][k].format(**named) for n in range(3) for k in range(3)}
+    values = Values(Book(cells)).all()
+    assert np.allclose([[values["S", 2 + n, 10 + k][0] for k in range(3)] for n in range(3)], matrix)
+
+    def place(n, k):
+        return ("S", 7 + k, 2 + n) if down else ("S", 7 + n, 1 + k)
+
+    cells |= {
+        ("S", 7 + k, 1) if down else ("S", 6, 1 + k): h for k, h in enumerate(["x", "y", "z", "x'", "y'", "z'"])
+    }
+    for n, point in enumerate(POINTS):
+        cells |= {place(n, k): point[k] for k in range(3)}
+        for k, letter in enumerate(order):
+            row = "xyz".index(letter)
+            terms = (f"{address(('S', 2 + row, 10 + j))}*{address(place(n, j))}" for j in range(3))
+            cells[place(n, 3 + k)] = "=" + "+".join(terms)
+    return cells
+
+
+@pytest.mark.parametrize("numbers", [False, True])
+@pytest.mark.parametrize("down", [False, True])
+def test_coordinates_under_each_others_headings_are_wrong(down, numbers, tmp_path):
+    form = as_numbers if numbers else dict
+    assert checked(tmp_path / "right.xlsx", form(points(down))).verdict == "right"
+    for order, first in (("yxz", 0), ("zyx", 0), ("xzy", 1), ("yzx", 0)):
+        cells = form(points(down, order))
+        report = checked(tmp_path / f"{order}.xlsx", cells)
+        cell = address(("S", 10 + first, 2) if down else ("S", 7, 4 + first))
+        assert report.verdict == "wrong" and report.faults[0].cell == cell, (order, str(report))
+    for pair in PAIRS[:3]:
+        report = checked(tmp_path / "points.xlsx", exchanged(form(points(down)), pair))
+        assert report.verdict == "wrong", (pair, str(report))
