@@ -9,7 +9,7 @@ import re
 import unicodedata
 from collections import Counter
 from dataclasses import dataclass
-from itertools import pairwise, permutations, product
+from itertools import accumulate, pairwise, permutations, product
 
 import numpy as np
 
@@ -101,6 +101,7 @@ def find_tables(graph, kinematics, tried=(ENOUGH, ENOUGH_OF_ROTARY)):
             judged = graph.upstream(p for table in tables for p in cells[table])
             other = [block for n, block in enumerate(blocks) if n not in found]
             other = [block for block in other if not all(judged.issuperset(column.places) for column in block)]
+            other = [block for block in other if _are_typed(graph, [p for column in block for p in column.places])]
             left += [(block[0].places[0], block[-1].places[-1]) for block in other]
             return tables, [graph.range(ends) for ends in (*left, *(ends for t in tables for ends in t.left))]
     return [], []
@@ -119,16 +120,20 @@ def _blocks(graph, along, single):
     for place, cell in graph.cells.items():
         if STATISTIC.fullmatch(str(cell.value).strip()) and (place[0], place[along]) in lines:
             places = lines.pop((place[0], place[along]))
-            left.append((min(places), max(places)))
+            left += [(min(places), max(places))] * _are_typed(graph, places)
     while lines:
         sheet, first = min(lines, key=lambda line: (graph.numbers[line[0]], line[1]))
         run = []
         while (sheet, first + len(run)) in lines and not (single and run):
             run.append(lines.pop((sheet, first + len(run))))
         counted = Counter(place[3 - along] for places in run for place in places)
-        numbers = sorted(number for number, count in counted.items() if 2 * count > len(run))
+        own = {place[3 - along] for place in run[0]}  # below which a blank is the word before
+        numbers = sorted(number for number, count in counted.items() if 2 * count > len(run) or number in own)
         if SMALLEST <= len(numbers) <= LARGEST:
-            blocks.append([_column(graph, sheet, range(first, first + len(run)), n, along) for n in numbers])
+            found = [_column(graph, sheet, range(first, first + len(run)), n, along) for n in numbers]
+            blocks.append(
+                [c for n, c in zip(numbers, found, strict=True) if 2 * counted[n] > len(run) or c.letters]
+            )
     return blocks, left
 
 
@@ -138,19 +143,27 @@ def _column(graph, sheet, lines, number, along):
     def place(line):
         return (sheet, line, number) if along == 1 else (sheet, number, line)
 
-    texts = []
+    texts, raw = [], set()
     for line in range(lines[0] - 1, 0, -1):
         cell = graph.cells.get(place(line))
         if cell and isinstance(cell.value, str) and len(texts) < 3:
             texts.append(normal(cell.value))
+            raw = raw or {UNIT.sub("", cell.value).strip()}
     letters = next(filter(None, map(letters_of, texts)), {})
     places = tuple(map(place, lines))
-    values = np.array([graph.own.get(p) for p in places], dtype=float)
+    numbers = accumulate((graph.own.get(p) if p in graph.component else None for p in places), _or_before)
+    values = np.array([*numbers], dtype=float)
     typed = 2 * sum(p in graph.trees for p in places) < len(places)
     unit = np.rad2deg(1) if any(re.search(IN_RADIANS, text) for text in texts) else 1.0
     says_degrees = unit == 1 and any(re.search(IN_DEGREES, text) for text in texts)
     said = _side(graph, sheet, lines[0], number) if along == 1 else ""
+    said = said or next(({"XYZ": "nc", "xyz": "cl"}[case] for case in ("XYZ", "xyz") if set(case) & raw), "")
     return Column(places, values, letters, typed, unit, said, 0.5 * says_degrees - 0.75 * (unit > 1))
+
+
+def _or_before(before, number):
+    """A number or, where there is none, the one before, as of words that say only what changes."""
+    return before if number is None else number
 
 
 def _side(graph, sheet, first, number):
@@ -193,23 +206,44 @@ def _table(graph, kinematics, columns, enough):
         return None
     alike = [[c.typed != (c.places[row] in graph.trees) for c in source] for row in range(count)]
     kept = [2 * sum(row) >= len(row) for row in alike]
+    for row in range(count):  # one of statistics has no tip and no axis
+        kept[row] &= any(c.places[row] in graph.component for c in source)
+    if 2 * sum(kept) <= count:
+        return None
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
     rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
-    left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
+    left = [
+        [c.places[row] for c in columns if c.places[row] in graph.component]
+        for row in range(count)
+        if not kept[row]
+    ]
+    left = [(places[0], places[-1]) for places in left if _are_typed(graph, places)]
     others = [c for n, c in enumerate(columns) if n not in (*roles["tip"], *roles["axis"], *tip, *axis, *words)]
     others = [c.places for c in others if c.typed and not _is_count(c.values)]
     others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[-2:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
-    exchanged = _exchanged(graph, kinematics, *([columns[n] for n in part] for part in (tip, axis, words)))
+    parts = [[columns[n] for n in part] for part in (tip, axis, words)]
+    exchanged = _exchanged(graph, kinematics, *parts, _stand_apart(tip, axis, words))
     columns = tuple(source), tuple(columns[n] for n in words)
     return Table(rows, units, counters, tuple(left), tuple(others), exchanged, *columns)
 
 
-def _exchanged(graph, kinematics, tip, axis, words):
+def _stand_apart(tip, axis, words):
+    """Whether the tip stands beside the rotary words, and X Y Z beside the tool axis, as the other way round."""
+
+    def near(part, other):
+        return min((abs(a - b) for a in part for b in other), default=0) == 1
+
+    linear, rotary = words[-5:-2], words[-2:]
+    return near(tip, rotary) and near(linear, axis) and not (near(tip, axis) or near(linear, rotary))
+
+
+def _exchanged(graph, kinematics, tip, axis, words, apart):
     """The first cell under the heading of another column, or that is made of such, and what is said there."""
     names = "".join(name[0].lower() for name in kinematics.machine.joint_names)
-    if [{c.said for c in part} for part in (tip, words[-5:-2])] == [{"nc"}, {"cl"}]:
+    said = [{c.said for c in part} for part in (tip, words[-5:-2])]
+    if said == [{"nc"}, {"cl"}] or (apart and said[0] == said[1] == {""}):
         return words[0].places[0], "the headings say that this is the tip, and that the tip is X Y Z: exchanged"
     parts = (
         (tip, "xyz"),
@@ -228,6 +262,11 @@ def _exchanged(graph, kinematics, tip, axis, words):
             text = f"{letters[k]} stands under the heading {said[k]}: exchanged"
             return next(iter(made), place) if part[k].typed else place, text
     return ()
+
+
+def _are_typed(graph, places):
+    """Whether there are numbers among some cells that no formula makes: formulas are judged beside a table."""
+    return any(p in graph.component and p not in graph.trees for p in places)
 
 
 def _is_count(values):

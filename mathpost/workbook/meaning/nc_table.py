@@ -6,6 +6,7 @@ are demanded.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from openpyxl.utils import get_column_letter
@@ -248,7 +249,11 @@ def _not_zero(axis):
 
 def judge_numbers(rows, values):
     """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
-    kinematics = rows[0].kinematics
+    kinematics, values = rows[0].kinematics, dict(values)
+    for before, row in pairwise(rows):
+        for place, same in zip(row.results, before.results, strict=True):
+            if values.get(place) is None:
+                values[place] = values.get(same)  # a blank is the word before
     for row in rows:
         numbers = {p: values.get(p) for p in (*row.given, *row.results)}
         lacking = [p for p, number in numbers.items() if number is None or not np.isfinite(number)]

@@ -17,7 +17,7 @@ from mathpost.workbook.meaning.given import QUATERNION, runs
 from mathpost.workbook.meaning.label import plain, read_label
 from mathpost.workbook.meaning.nc_table import rows_of
 from mathpost.workbook.meaning.plane_angles import find_planes
-from mathpost.workbook.meaning.texts import ORIGIN, PASSIVE, reading
+from mathpost.workbook.meaning.texts import FOREIGN, ORIGIN, PASSIVE, reading
 from mathpost.workbook.meaning.vectors import Vectors
 from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.sheet.formula import heads
@@ -28,6 +28,7 @@ SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added
 CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
 ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
+MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 AXIS_NAMES = {"X": r"roll|滚|\br_?x\b", "Y": r"pitch|nick|俯仰|\br_?y\b", "Z": r"yaw|heading|gier|偏航|\br_?z\b"}
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
@@ -37,7 +38,8 @@ class Recognised(Vectors):
 
     Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
     be calculations if no other cells used them, and the vectors `beside` are none; `doubts` says of some why not.
-    `by` says who names the reading: the task, the text, or source 000.
+    `by` says who names the reading: the task, the text, or source 000; it `is_open` if a text that is not
+    understood may say more.
     """
 
     def __init__(self, graph, task):
@@ -46,6 +48,8 @@ class Recognised(Vectors):
         self.calculations, self.steps, self.beside, self.depends, self._ends = [], [], [], {}, {}
         count = len(self.typed & self.turning)
         self.sequence, self.active, self.by, unsure, self.names = reading(task, self.text, count)
+        said = task.convention or self.active or re.search(PASSIVE, self.text, re.I)
+        self.is_open = self.by != "the task" and not said and bool(re.search(FOREIGN, self.text, re.I))
         self.is_whole = len(self.sequence) == 3  # else the last angles are 0
         if not self.is_whole:
             full = next(each for each in euler.SEQUENCES if each.startswith(self.sequence.upper()))
@@ -98,7 +102,8 @@ class Recognised(Vectors):
             turned &= lost or any(a & b for a, b in combinations(lengths, 2))
             turned &= not self._is_one_coordinate(triple)
             of_signs = all(t[0] == "area" or (t[0] == "minus" and t[1][0] == "area") for t in trees)
-            of_signs &= {t[0] for t in trees} == {"minus", "area"}  # a mirrored copy
+            mirrored = {t[0] for t in trees} == {"minus", "area"} or re.search(MIRRORED, self.heading(triple), re.I)
+            of_signs &= bool(mirrored)  # a mirrored copy, or one that has lost its minus
             (finals if turned and not (difference or of_signs) else self.beside).append(triple)
         kept, of = dict.fromkeys(finals), {p: t for t in finals for p in t}
         for triple in finals:
@@ -156,7 +161,9 @@ class Recognised(Vectors):
             for (sheet, down, right), votes in sorted(apart.items(), key=lambda way: (-way[1], abs(way[0][1]))):
                 _, top, left = offset(row.results[0], down, right)
                 own = tuple((sheet, top + n, left + k) for n, k in (_step(now[0], p) for p in now))
-                most = votes > 2 and votes == len(rows) - 1 and part == "point"
+                most = votes > 2 and votes == len(rows) - 1
+                most |= votes > 1 and own in given.values()  # two rows that have each other's
+                most &= part == "point"
                 if own == now or self._is_unused(own) or (most and self.graph.component.keys() >= set(own)):
                     setattr(row, part, own)
                     break

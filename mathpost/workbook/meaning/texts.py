@@ -36,12 +36,15 @@ FIXED = (
 FIXED += r"|固定(坐标)?轴|外旋"
 TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵|[xyz]\())"  # active matrices may make a passive rotation
-SAID_ACTIVE = r"(?:\bacti(?:ve|vely|ves?|f)\b|\baktiv(?:e[nrs]?)?\b|主动(?![轴轮])|points? (?:are |is )?moved)"
+SAID_ACTIVE = r"\b(?:acti(?:ve(?:ly|s)?|v[ao]s?|f)|aktiv(?:e[nrs]?)?|attiv[aeo]|ativ[ao]s?|aktif)\b|主动(?![轴轮])"
+SAID_ACTIVE = rf"(?:{SAID_ACTIVE}|points? (?:are |is )?moved)"
 ACTIVE = SAID_ACTIVE + OF_MATRICES
 # T·R·p and p₀ + R·p, which take a point from its frame to another one.
 ACTIVE += r"|\bT(?:rans(?:\([^)]*\))?)?\W?[*·×]\s*R|\b(?:o|t|p_?0|origin|nullpunkt|ursprung)\s*\+\s*\(?R"
-PASSIVE = rf"(?:passiv|被动){OF_MATRICES}|in(?:to)? the (?:turned|rotated|new) frame"
+PASSIVE = rf"(?:pass?iv|被动){OF_MATRICES}|in(?:to)? the (?:turned|rotated|new) frame"
 PASSIVE += r"|im (?:gedrehten|neuen) \w*system|dans le repère (?:tourné|mobile)"
+SPANISH = r"el|en|los|las|con|del|por|para|una|sistema|il|gli|della|nel|em|com|não"  # and Italian, Portuguese
+FOREIGN = rf"[ぁ-ヿ가-힣]|[\u0400-\u04ff]{{3}}|(?:\b(?:{SPANISH})\b.*){{2}}"
 CONVENTION = r"[ck]onvention|约定"
 OF_TURNS = rf"{TURNS}|{CONVENTION}|matri|矩阵|trans|变换|point|punkt|点|\bR_?[xyz]\b|[xyz]['’′-]|\b[xyz]{{3}}\b"
 DENIED = r"(?:\b(?:not|kein\w*|nicht|pas|no)\b|不是|非)[^.;,，。]{0,20}(?:acti|akti|主动)"

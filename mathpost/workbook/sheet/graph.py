@@ -73,6 +73,7 @@ class Graph:
         for place in self.part:
             self._arrays.setdefault((place[0], self.cells[place].anchor), []).append(place)
         self._shorten_running_totals()
+        self._take_blanks_as_before()
 
     def count(self, steps):
         """Count some steps; raise `TooLarge` if there were too many."""
@@ -93,6 +94,19 @@ class Graph:
             if 1 in area.shape and sum(area.shape) > LONG and totals.get(before) == (head, area.but_last()):
                 last = replace(area, top=area.bottom, left=area.right)
                 self.trees[place] = head, ("area", Area(*before, *before[1:])), ("area", last)
+
+    def _take_blanks_as_before(self):
+        """Read =IF(B5=B4,"",B5), which says only what changes, as the cell before where it is blank."""
+        blank, self._modal = ("text", ""), set()
+        for place, tree in self.trees.items():
+            if tree[0] == "IF" and blank in tree[2:]:
+                single = {(area.sheet, area.top, area.left) for area in areas(tree[1]) if area.shape == (1, 1)}
+                ways = [way for way in ((-1, 0), (0, -1)) if any(offset(p, *way) in single for p in single)]
+                before = [offset(place, *way) for way in ways if offset(place, *way) in self.cells]
+                if before:
+                    cell = ("area", Area(*before[0], *before[0][1:]))
+                    self.trees[place] = tuple(cell if part == blank else part for part in tree)
+                    self._modal.add(place)
 
     def set_aside(self):
         """Leave out the formulas that are apart from all rotations, if these are many."""
@@ -241,7 +255,8 @@ class Graph:
             source = tree[1].places[0] if tree[0] == "area" else None
             copied = source in found or (source in self.texts and self.meant[source] is None)
             unsaved = cell.value is None and (copied or gives_text(tree))
-            found |= {place} if unsaved or (isinstance(cell.value, str) and not cell.error) else set()
+            is_text = isinstance(cell.value, str) and not cell.error and place not in self._modal
+            found |= {place} if unsaved or is_text else set()
         return found
 
     @cached_property

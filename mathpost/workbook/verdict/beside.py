@@ -12,6 +12,7 @@ import numpy as np
 from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.meaning.calculation import SAMPLES
 from mathpost.workbook.meaning.given import runs
+from mathpost.workbook.meaning.recognise import MIRRORED
 from mathpost.workbook.sheet.edits import INVERSE, edits, repaired, said
 from mathpost.workbook.sheet.formula import STATISTICS, areas, heads, parts_of, unrounded
 from mathpost.workbook.sheet.graph import CLOSE, at, beside, same
@@ -27,7 +28,6 @@ MANY = 200  # cells that are nothing known: of more no rule is tried that compar
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
 LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
 EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"
-MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
 
 
@@ -163,7 +163,8 @@ class Beside:
             if fits.all(axis=-1).any() or copies:
                 judged.update(triple)
                 is_said = re.search(MIRRORED, self.found.heading(triple), re.I)
-                self.doubtful.update(triple if copies and not is_said else ())
+                plain = is_said and all(self.graph.tree(p)[0] == "area" for p in triple[:3])
+                self.doubtful.update(triple if plain or (copies and not is_said) else ())
                 self.doubtful.update(triple if self._is_of_another_row(triple[:3]) else ())
                 continue
             nonzero = (np.abs(self.known.vectors[..., 1:]) > CLOSE).any(axis=-1)

@@ -1,7 +1,7 @@
 """Is what is given what was meant? Inputs that a text, their twins or their unused neighbours contradict."""
 
 import re
-from itertools import chain, product
+from itertools import chain, combinations, product
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from mathpost.workbook.sheet.graph import beside
 
 NAMED = rf"{ORIGIN}|cent(?:re|er)|mittelpunkt|中心"
 GIVEN = rf"{NAMED}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
+FEW = 6  # numbers that no formula uses
 LOOKED_UP = "LOOKUP|INDEX|OFFSET|CHOOSE"
 SEXAGESIMAL = r"\bmin|\bsec|\bsek|分|秒|[′″]|^ *['\"] *$"
 UNIT_NAMES = {
@@ -27,7 +28,7 @@ def doubts_of_inputs(graph, found, units):
 
     `units` has the radians of 1 of each angle, as the formulas take it.
     """
-    questions = _unlike_the_text, _typed_twice, _not_converted, _not_used, _parts_not_used
+    questions = _unlike_the_text, _typed_twice, _not_converted, _not_used, _parts_not_used, _added_by_hand
     doubts = chain.from_iterable(question(graph, found) for question in questions)
     return [*doubts, *_in_another_unit(graph, found, units)]
 
@@ -110,6 +111,18 @@ def _parts_not_used(graph, found):
             SEXAGESIMAL, "\n".join(found.texts(place)), re.I
         ):
             yield f"{graph.address(place)}, {graph.own[place]:g}, is a part of an angle, and no formula uses it"
+
+
+def _added_by_hand(graph, found):
+    """Yield a number that is used in place of two or three that no formula uses and whose sum it is."""
+    alone = [p for p in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()) if graph.own[p]]
+    alone = [p for p in alone if len(graph.component[p]) <= FEW]
+    parts = [each for size in (2, 3) for each in combinations(alone, size)] if len(alone) <= FEW else []
+    for place in found.sorted(found.typed & graph.used.keys() - graph.trees.keys()) if parts else ():
+        for each in parts:
+            if abs(sum(graph.own[p] for p in each) - graph.own[place]) < 1e-9 * abs(graph.own[place]):
+                names = " and ".join(map(graph.short, each))
+                yield f"{graph.address(place)} is {graph.own[place]:g}, as {names} together, which no formula uses"
 
 
 def _in_another_unit(graph, found, units):

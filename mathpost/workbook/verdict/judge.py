@@ -76,8 +76,9 @@ class Judge(Sampled):
         for calculation in [c for c in self.found.calculations if c not in planes][:1]:
             self._compare_the_inputs(calculation)
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
-        if not (said or self.met(self.targets)) and self.found.by == "source 000":
-            self.reading = self._other_reading(self.live, euler.SEQUENCES[1:])
+        if not (said or self.met(self.targets)) and (self.found.is_open or self.found.by == "source 000"):
+            known = (self.found.sequence.upper(),) if self.found.by == "the text" else euler.SEQUENCES
+            self.reading = self._other_reading(self.live, known[not self.found.is_open :])
             as_asked = self.found.sequence, "active" if self.found.active else "passive"
             self.reading = None if self.reading == as_asked else self.reading
         unsure = {*self.unexplained}  # what turns by the angles of a plane that may be none is not repaired
@@ -219,12 +220,18 @@ class Judge(Sampled):
         self.faults[first:] = _one_convention(self.faults[first:])
 
     def _exchanged(self, calculation):
-        """What belongs into the cells of a result whose coordinates stand under each other's headings, recorded."""
+        """What belongs into a result that is of another point, or whose coordinates are exchanged, recorded."""
         results, wanted = calculation.results[:3], [*calculation.targets.values()][:3]
-        if not (isinstance(calculation, Turn) and len(results) == 3 and all(map(self.found.coordinate, results))):
+        if not (isinstance(calculation, Turn) and len(results) == 3 and calculation.point):
             return None
-        fits = np.array([[same(self.now(p), each) for each in wanted] for p in results])
-        if not (fits.any(axis=0) & fits.any(axis=1)).all():
+        now, short = self.block(results), self.graph.short(results[0])
+        for other in (c for c in self.live if isinstance(c, Turn) and c.point and c is not calculation):
+            if same(now, np.array([*other.targets.values()][:3])):
+                text = f"{short} is what becomes of {self.graph.range(other.point)}"
+                self.faults.append(self.fault(results[0], "wrong point", text))
+                return dict(zip(results, wanted, strict=True))
+        fits = np.array([[same(each, target) for target in wanted] for each in now])
+        if not (all(map(self.found.coordinate, results)) and (fits.any(axis=0) & fits.any(axis=1)).all()):
             return None
         k = int(np.argmin(fits.diagonal()))
         text = f"is {'xyz'[int(fits[k].argmax())]}', and {'xyz'[k]}' belongs there: exchanged"

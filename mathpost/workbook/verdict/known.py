@@ -53,6 +53,8 @@ class Known:
                 continue
             point, result = judge.block(turn.point), result[:3]
             self.pairs.append((point, result))
+            about = [judge.block(turn.axis)] * (len(turn.axis) == 3)
+            self.pairs += [(axis, each) for axis in about for each in (point, result)]
             found += [result - point, point - result, (point + result) / 2]
             units = [each / np.linalg.norm(each, axis=0) for each in (point, result)]
             found += units
