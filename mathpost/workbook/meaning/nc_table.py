@@ -117,8 +117,8 @@ class Words(Calculation):
     @property
     def tilting(self):
         """The rotary word whose sign tells the branch: 0 or 1, the joint nearer to the tool."""
-        inner = self.kinematics.inverse_symbolic.inner
-        return [str(s) for s in self.kinematics.symbols[3:]].index(str(inner))
+        tool_side = self.kinematics.inverse_symbolic.tool_side
+        return [str(s) for s in self.kinematics.symbols[3:]].index(str(tool_side))
 
 
 def rows_of(found, machine, cells=None):
