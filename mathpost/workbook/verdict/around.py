@@ -23,7 +23,9 @@ from mathpost.workbook.sheet.formula import (
 from mathpost.workbook.sheet.graph import CLOSE, SAMPLES, beside, offset, same
 from mathpost.workbook.sheet.neighbours import along, between, filled
 
-OF_A_PART = r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|\bmid\b|\bmitte\b|前|后|组|\d *[-–] *\d"
+OF_A_PART = (
+    r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|\b(?:mid|mitte)\b|前|后|组|\d *[-–] *\d"
+)
 
 
 class Around:
