@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from mathpost.__main__ import main
 from mathpost.errors import MathpostError
+from mathpost.shell.main import main
 from tests.conftest import DATA
 from tests.post import slips
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mathpost.__main__ import main
 from mathpost.euler import matrix
+from mathpost.shell.main import main
 from mathpost.workbook import Task, check_file
 from mathpost.workbook.meaning.texts import reading
 from tests.workbook.test_around import ROWS, _table
