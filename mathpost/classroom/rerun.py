@@ -1,10 +1,12 @@
 """Run a student's notebook in a sandbox: bounded time and memory, no network, a different account.
 
-This is optional: answers are judged without running anything. A notebook is a stranger's program. On Linux, started
-as root, it gets an account that owns nothing, its own network and its own processes; `Place.open` says what could
-not be bounded, and nothing is ever run as root.
+This is optional: answers are judged without running anything. A notebook is a stranger's program. On Linux it gets
+its own processes, network, shared memory and temporary folders, and sees all other files as read-only (`apart`);
+started as root, also an account that owns nothing. `Place.open` says what could not be bounded, and nothing is ever
+run as root.
 """
 
+import json
 import os
 import shutil
 import signal
@@ -14,16 +16,16 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
+from mathpost.classroom import apart
 from mathpost.errors import InputError
 from mathpost.files import data_file
 
 UID = 199_999  # an account number that owns nothing, below those of the students on a hub
 SECONDS = 300  # for a notebook
-BOUNDS = ["prlimit", f"--data={2 * 2**30}", f"--fsize={64 * 2**20}", "--core=0", "--nofile=512"]  # bytes, files
-PROCESSES = "--nproc=200"  # counts all of an account, so only where it is one of its own
-ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
-ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
-ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
+MEMORY, PROCESSES = 2 * 2**30, 100  # of all processes together
+FOLDERS = dict.fromkeys(("/tmp", "/var/tmp", "/dev/shm"), apart.SHARED)
+# Of each process; AS counts what is shared, too. The system counts processes by account, so only one of its own.
+LIMITS = {"DATA": MEMORY, "AS": 2 * MEMORY, "FSIZE": 64 * 2**20, "CORE": 0, "NOFILE": 512}
 # The environment: nothing of the caller's, so no secrets.
 SETTINGS = {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "agg", "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
 SETTINGS["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
@@ -45,31 +47,26 @@ class Place:
     def __init__(self, seconds=SECONDS):
         if sys.platform != "linux":
             raise InputError("--rerun", "Linux, whose processes can be bounded", sys.platform)
-        self.seconds, self.root, self.open, self.command = seconds, os.getuid() == 0, [], None
-        bounds = [*BOUNDS, f"--cpu={seconds}"]
-        account = [*bounds, PROCESSES, *ACCOUNT] if self.root else bounds
-        alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user", *bounds]
-        for way in (alone, account):
-            with suppress(OSError):  # there is no such command
-                if self.command is None and self._run(way, PROBE, subprocess.DEVNULL) == 0:
-                    self.command = way
-        if self.command is None:
-            found = "none: start this from an ordinary account, or install Python where every account may run it"
-            raise InputError("--rerun", "prlimit, and an account other than root that can run this Python", found)
-        if "unshare" not in self.command:
-            self.open += ["The network was open.", "A process that left its session may have gone on."]
+        self.seconds, self.root = seconds, os.getuid() == 0
+        with tempfile.TemporaryFile() as said:
+            if self._run(PROBE, subprocess.DEVNULL, said=said) != 0:
+                found = (
+                    "none: start this from an ordinary account, or install Python where every account may run it"
+                )
+                raise InputError("--rerun", "an account other than root that can run this Python", found)
+            said.seek(0)
+            self.open = said.read().decode().splitlines()
+        self.apart = apart.NOTHING_APART not in self.open
         if not self.root:
-            self.open += ["Students' code ran with your own account: it could read and write your files."]
+            self.open += ["Students' code ran with your own account: it could read your files."]
             self.open += ["The number of processes was bounded by time only."]
 
     def __call__(self, path):
         """Run a notebook; return the path of the result, which is valid until the next call."""
         self._kept = tempfile.TemporaryDirectory()
         executed = Path(self._kept.name) / Path(path).name
-        with executed.open("wb") as said:
-            status = self._run(
-                self.command, "from mathpost.classroom.rerun import inside; inside()", said, Path(path)
-            )
+        with executed.open("wb") as output:
+            status = self._run("from mathpost.classroom.rerun import inside; inside()", output, Path(path))
         if status is None:
             raise InputError(executed.name, f"a notebook that runs within {self.seconds} s", "one that did not")
         if status or not executed.stat().st_size:
@@ -77,22 +74,34 @@ class Place:
             raise InputError(executed.name, "a notebook that runs within its bounds", found)
         return executed
 
-    def _run(self, way, code, output, notebook=None):
+    def _run(self, code, output, notebook=None, said=None):
         """Run Python code in the sandbox; return its status, None if time ran out."""
         with tempfile.TemporaryDirectory(prefix="rerun-", ignore_cleanup_errors=True) as folder:
             work = Path(folder) / "notebooks"
             work.mkdir()
-            (Path(folder) / "data").symlink_to(data_file("machines").parent)
+            data = data_file("machines").parent
+            (Path(folder) / "data").symlink_to(data)
             if notebook:
                 shutil.copyfile(notebook, work / "notebook.ipynb")
             if self.root:
                 for each in (Path(folder), work, *work.iterdir()):
                     os.chown(each, UID, UID)
-            modules = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
-            own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run", "PYTHONPATH": modules}
-            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True}
-            said = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.DEVNULL}
-            process = subprocess.Popen([*way, sys.executable, "-c", code], **where, **said)
+            modules = [str(Path(__file__).parents[2]), *filter(None, sys.path)]
+            own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run"}
+            own["PYTHONPATH"] = os.pathsep.join(modules)
+            options = {"private": FOLDERS, "copied": folder, "memory": MEMORY, "processes": PROCESSES}
+            options["keep"] = [sys.prefix, sys.base_prefix, str(data), *modules]
+            options["limits"] = LIMITS | {"CPU": self.seconds}
+            if self.root:
+                options["account"] = UID
+                options["limits"]["NPROC"] = PROCESSES
+            if said:
+                options["said"] = said.fileno()
+            command = [sys.executable, "-I", apart.__file__, json.dumps(options), sys.executable, "-c", code]
+            process = subprocess.Popen(
+                command, cwd=work, env=SETTINGS | own, start_new_session=True, stdin=subprocess.DEVNULL,
+                stdout=output, stderr=subprocess.DEVNULL, pass_fds=[options["said"]] if said else [],
+            )  # fmt: skip
             try:
                 return process.wait(self.seconds)
             except subprocess.TimeoutExpired:
