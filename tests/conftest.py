@@ -38,6 +38,17 @@ settings.register_profile("many", derandomize=False, deadline=None, print_blob=T
 settings.load_profile("same")
 
 
+def runs_all(config):
+    """Whether samples are to be whole, by the profile "many"."""
+    return config.getoption("--hypothesis-profile") == "many"
+
+
+@pytest.fixture(scope="session")
+def of(pytestconfig):
+    """``of(few, all)``: how many cases of a sample to run, a few, or all by the profile "many"."""
+    return lambda few, every: every if runs_all(pytestconfig) else few
+
+
 def pytest_xdist_auto_num_workers(config):
     """One process more than cores: browser, hub and LibreOffice let theirs wait."""
     return os.cpu_count() + 1
@@ -47,7 +58,7 @@ def pytest_collection_modifyitems(config, items):
     """What takes longest begins first. With the profile "many" random examples are `MANY` times as many."""
     long = ("test_browser.py", "test_class", "test_planted", "test_workbook", "13b_")
     items.sort(key=lambda item: next((n for n, name in enumerate(long) if name in item.nodeid), len(long)))
-    if config.getoption("--hypothesis-profile") == "many":
+    if runs_all(config):
         for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
             said = test._hypothesis_internal_use_settings
             test._hypothesis_internal_use_settings = settings(said, max_examples=MANY * said.max_examples)

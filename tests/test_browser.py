@@ -319,8 +319,7 @@ def pytest_generate_tests(metafunc):
     What the others show when they are run is compared with what they hold by their own tests (nbval).
     """
     if "run_here" in metafunc.fixturenames:
-        every = metafunc.config.getoption("--hypothesis-profile") == "many"
-        chosen = [path for path in LESSONS if every or path.stem[:2] in SAYS]
+        chosen = [path for path in LESSONS if runs_all(metafunc.config) or path.stem[:2] in SAYS]
         metafunc.parametrize("run_here", chosen, ids=lambda path: path.stem)
 
 

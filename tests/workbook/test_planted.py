@@ -5,6 +5,7 @@
 
 import shutil
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -16,23 +17,21 @@ from mathpost.workbook.sheet.graph import Graph
 from tests.workbook import layouts, machining_sheets, mistakes, score
 from tests.workbook.cells import SAMPLES, Array, Book, Values, address, formula_of, letters, save
 
-COUNT = 80
-
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory):
+def results(tmp_path_factory, of):
     """(case, counts, what was said) of a sample."""
     path, found = tmp_path_factory.mktemp("planted") / "sheet.xlsx", []
-    for case in score.draw_cases(2, COUNT):
+    for case in score.draw_cases(2, of(48, 400)):
         save(path, case.book, case.values)
         found.append((case, *score.judge(case, path)))
     return found
 
 
 @pytest.fixture(scope="module")
-def source_cases():
-    """All moved references in the source's sheet, by recipe."""
-    return {recipe: list(score.source_cases(recipe)) for recipe in (1, 2)}
+def source_cases(of):
+    """Moved references in the source's sheet, by recipe."""
+    return {recipe: list(islice(score.source_cases(recipe, of(9, 1)), of(200, None))) for recipe in (1, 2)}
 
 
 def told(results):
@@ -46,17 +45,17 @@ def test_no_silent_pass_and_no_false_alarm(results):
 
 def test_the_first_wrong_cell_and_the_cause_are_named(results):
     located = [result for result in results if result[0].slip.verdict == "wrong"]
-    assert len(located) > COUNT / 2
+    assert len(located) > len(results) / 2
     for what, share in (("first cell", 0.98), ("cause", 0.95)):
         missed = [result for result in located if what not in result[1]]
         assert len(missed) <= (1 - share) * len(located), told(missed)
 
 
 @pytest.mark.parametrize("recipe", [1, 2])
-def test_moved_references_in_the_sheet_of_the_source_are_found(source_cases, recipe, tmp_path):
+def test_moved_references_in_the_sheet_of_the_source_are_found(source_cases, recipe, tmp_path, of):
     """A sample; `python -m tests.workbook.score --source` moves every reference to every neighbouring cell."""
     path, cases = tmp_path / "sheet.xlsx", source_cases[recipe]
-    for number in np.random.default_rng(3).choice(len(cases), 20, replace=False):
+    for number in np.random.default_rng(3).choice(len(cases), of(12, 100), replace=False):
         case = cases[number]
         save(path, case.book, case.values)
         counts, said = score.judge(case, path)
@@ -66,10 +65,10 @@ def test_moved_references_in_the_sheet_of_the_source_are_found(source_cases, rec
 
 
 @pytest.mark.parametrize("author", [layouts.matrix_sheet, layouts.two_tables])
-def test_a_slip_in_an_elementary_matrix_is_found_there(author, tmp_path):
+def test_a_slip_in_an_elementary_matrix_is_found_there(author, tmp_path, of):
     """Not in the product that uses it, even where the spoiled cell goes into a single coordinate."""
     rng, path, seen = np.random.default_rng(5), tmp_path / "sheet.xlsx", 0
-    for _ in range(6):
+    for _ in range(of(3, 12)):
         book = author(rng)
         values = Values(book)
         slips = [
@@ -84,7 +83,7 @@ def test_a_slip_in_an_elementary_matrix_is_found_there(author, tmp_path):
                 counts, said = score.judge(case, path)
                 assert "first cell" in counts, f"{case.planted()}: {said}"
                 seen += 1
-    assert seen > 8
+    assert seen > 4
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -114,17 +113,18 @@ def test_two_angles_wrong_in_one_formula(seed, tmp_path):
 
 def test_the_sheet_of_the_source_has_lucky_references(source_cases):
     """At the source's own angles many wrong references leave every value as it is: numbers alone do not tell."""
-    lucky, right = 0, Values(source_cases[1][0].original).all()
-    for case in source_cases[1]:
+    lucky, cases = 0, source_cases[1]
+    right = Values(cases[0].original).all()
+    for case in cases:
         if case.slip.verdict == "wrong":
             lucky += all(abs(case.values[key][0] - right[key][0]) < 1e-9 for key in case.book.truths[-1][0])
-    assert lucky > 100
+    assert lucky > 0.05 * len(cases)
 
 
-def test_the_graph_has_the_values_that_the_generator_has(tmp_path):
+def test_the_graph_has_the_values_that_the_generator_has(tmp_path, of):
     """Every formula of right and spoiled sheets at random inputs; LibreOffice, below, agrees."""
     compared = 0
-    for case in score.draw_cases(6, 60):
+    for case in score.draw_cases(6, of(40, 300)):
         path = tmp_path / "sheet.xlsx"
         save(path, case.book, case.values)
         inputs = {key: case.values[key] for key in case.book.input_cells()}
@@ -141,7 +141,7 @@ def test_the_graph_has_the_values_that_the_generator_has(tmp_path):
                         err_msg=case.planted(),
                     )
                     compared += 1
-    assert compared > 2000
+    assert compared > 1000
 
 
 def test_zeros_left_blank_in_a_product_of_matrices_do_not_pass(tmp_path):
@@ -188,8 +188,8 @@ def test_an_input_that_is_no_number_is_refused_by_its_cell(tmp_path):
 
 
 @pytest.mark.parametrize("author", score.AUTHORS, ids=lambda author: author.__name__)
-def test_right_sheets_give_what_scipy_gives(author):
-    for seed in range(12):
+def test_right_sheets_give_what_scipy_gives(author, of):
+    for seed in range(of(6, 60)):
         layouts.verify(author(np.random.default_rng(seed)))
 
 
@@ -210,8 +210,8 @@ def test_the_truth_of_a_sheet_can_fail(author):
 
 
 @pytest.mark.skipif(shutil.which("soffice") is None, reason="LibreOffice is not installed")
-def test_the_values_agree_with_those_of_libreoffice():
-    cases = [case for case in score.draw_cases(4, 150) if not case.slip.cause]
+def test_the_values_agree_with_those_of_libreoffice(of):
+    cases = [case for case in score.draw_cases(4, of(60, 300)) if not case.slip.cause]
     wrong, compared = score.disagreements(cases)
     assert compared > 1000 and not wrong, wrong[:5]
 

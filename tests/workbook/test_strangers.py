@@ -17,6 +17,7 @@ from openpyxl.worksheet.formula import ArrayFormula
 
 from mathpost.errors import InputError
 from mathpost.workbook import Task, check_file
+from tests.conftest import runs_all
 
 ROOT = Path(__file__).parents[2]
 LINES = (ROOT / "tests/workbook/strangers.jsonl").read_text(encoding="utf-8").splitlines()
@@ -79,10 +80,9 @@ def agrees(sheet, report):
 
 
 def pytest_generate_tests(metafunc):
-    """Every third sheet, and all of them by --hypothesis-profile=many."""
+    """Every fifth sheet, and all of them by --hypothesis-profile=many."""
     if "name" in metafunc.fixturenames:
-        every = metafunc.config.getoption("--hypothesis-profile") == "many"
-        metafunc.parametrize("name", [*SHEETS][:: 1 if every else 3])
+        metafunc.parametrize("name", [*SHEETS][:: 1 if runs_all(metafunc.config) else 5])
 
 
 def test_a_strangers_sheet(name, tmp_path, request):
@@ -105,9 +105,9 @@ SPOILT = ("text", "#REF!", "=1/0", "=A1:B3", "=SUM(", "=XYZ99999", "=FOO(1)", 0,
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_spoilt_sheet_raises_nothing_but_errors_of_input(seed, tmp_path):
+def test_a_spoilt_sheet_raises_nothing_but_errors_of_input(seed, tmp_path, of):
     rng = random.Random(seed)
-    for name in rng.sample(sorted(SHEETS), 8):
+    for name in rng.sample(sorted(SHEETS), of(5, 80)):
         sheet = SHEETS[name]
         page = rng.choice([title for title, cells in sheet["sheets"].items() if cells])
         cells = sheet["sheets"][page]
