@@ -17,7 +17,7 @@ from mathpost.course import machine_page, view_machine, view_path
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from tests.conftest import DATA, LESSONS, ROOT
+from tests.conftest import DATA, LESSONS, ROOT, runs_all
 
 CHROMIUM = Path("/usr/bin/chromium")
 PICTURES = ROOT / ".artefacts/browser"  # screenshots; not in git

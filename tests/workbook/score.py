@@ -127,7 +127,9 @@ def source_cases(recipe, step=1):
     """Yield every single reference in the source's sheet moved to every neighbouring cell, or of these each nth."""
     book = layouts.source_sheet(recipe)
     values = Values(book)
-    moved = ((k, *m) for k in book.formulas() for m in mistakes.moved_references(book, k, formula_of(book.cells[k])))
+    moved = (
+        (k, *m) for k in book.formulas() for m in mistakes.moved_references(book, k, formula_of(book.cells[k]))
+    )
     for key, cause, formula in islice(moved, 0, None, step):
         slip = mistakes.judge(book, values, cause, {key: formula})
         yield make_case(
