@@ -15,7 +15,6 @@ os.environ["SYMPY_CACHE_SIZE"] = "20000"  # twenty times sympy's own, for dozens
 
 from mathpost import machine
 from mathpost.compensate.model import ErrorModel
-from mathpost.controls import control
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl, text
 
@@ -128,8 +127,3 @@ def published():
 def model(kin):
     """The chain with errors of each machine in data/machines, in turn."""
     return ErrorModel(kin.machine)
-
-
-def fed(path, dialect):
-    """A path as a control takes it: with a feed, where no move goes without."""
-    return replace(path, feeds=np.full(len(path), 500.0)) if control.load(dialect).feed_stated else path

@@ -48,6 +48,7 @@ class Control:
     head: tuple[str, ...]  # lines before the moves
     foot: tuple[str, ...]  # and after them
     comment: str  # with {text} in it
+    tool_length: str  # where it holds the length of the tool, as a comment at the head says it
     replaced: dict[str, str]  # characters that a comment may not hold, and what stands for them
     ascii: bool  # whether a comment holds no other letters
     longest: int | None  # characters of a line
@@ -267,6 +268,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         head=tuple(program.take("head", *LINES, ())),
         foot=tuple(program.take("foot", *LINES, ())),
         comment=program.take("comment", only_if(lambda text: "{text}" in text), "a line with {text} in it"),
+        tool_length=program.take("tool_length", some_text, "a text in quotes", "IN THE TOOL TABLE"),
         replaced={sign: replaced.take(sign, *WORD) for sign in list(replaced.content)},
         ascii=program.take("ascii", TRUTH, "true or false", False),
         longest=blocks.take("longest", lambda value: int(COUNT[0](value)), COUNT[1], None),

@@ -95,7 +95,7 @@ def what_the_control_holds(path: ToolPath, options: Options) -> list[str]:
         tools = [tool.values[0] for record, tool in commands(path.cl.remarks, "tool") if record == 0]
         name = f"TOOL {tools[0]}" if tools else "TOOL"
         in_table = options.tcp or machine.programmed_point == "tip"
-        held = "IN THE TOOL TABLE" if in_table else "IN THE WORDS, 0 IN THE TOOL TABLE"
+        held = options.control.tool_length if in_table else "IN THE WORDS, 0 IN THE TOOL TABLE"
         lines.append(f"{name}: {machine.tool_length:g} MM FROM NOSE TO TIP, {held}")
     return lines
 
@@ -320,15 +320,19 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     in_air = np.r_[motion.lifted[0], ~motion.in_cut] & ~plunge
     rapid = rapid | in_air if options.control.rapid_interpolated else rapid & ~in_air
     rapid[0] |= in_air[0]  # from where nobody knows, at the safe position
-    if options.control.feed_stated and (unfed := np.isnan(feeds) & ~rapid & ~in_air).any():
-        expected = f"a feed (FEDRAT), without which {options.control.name} moves nothing"
-        raise InputError(cl.where(record[unfed.argmax()]), expected, "none")
     by_time = ((turning & ~np.isnan(feeds)) | in_air) & ~rapid
     if options.control.turning_feed == "time":
         within_rates = np.where(tcp[1:], tcp_times(kin, motion.joints), 0)
         seconds = np.fmax(seconds, np.r_[np.nan, within_rates])
     else:
         by_time &= ~tcp
+    if options.control.feed_stated and (unfed := np.isnan(feeds) & ~rapid & ~in_air).any():
+        slowest = kin.machine.max_rates[:3].min()
+        if np.isnan(kin.machine.max_rates).any():
+            expected = f"a feed (FEDRAT), or rates of all axes, without which {options.control.name} moves nothing"
+            raise InputError(cl.where(record[unfed.argmax()]), expected, "none")
+        by_time |= unfed & ~np.isnan(seconds)
+        feeds = np.where(unfed & np.isnan(seconds), 60 * slowest, feeds)  # from where nobody knows
     if options.control.turning_feed == "degrees":
         only_turns = turning & tcp & np.r_[False, tcp[:-1] & (words[1:, :3] == words[:-1, :3]).all(axis=1)] & ~rapid
         degrees = np.r_[0.0, np.abs(np.diff(words[:, 3:], axis=0)).max(axis=1)]

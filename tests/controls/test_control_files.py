@@ -111,11 +111,6 @@ def test_linuxcnc_states_a_time_wherever_an_axis_turns(name, tcp):
         assert (rates <= 1.01 * np.array([*model.rates.values()])[[2, 3, 4, 0, 1]]).all()
 
 
-def test_linuxcnc_without_a_feed_is_refused():
-    with pytest.raises(InputError, match=r"blade.cl, line 2, record 1: expected a feed \(FEDRAT\)"):
-        post.run(cldata.read(DATA / "cl/blade.cl"), machine.load("dmu50v"), dialect="linuxcnc")
-
-
 @pytest.mark.parametrize("name", control.names())
 def test_every_control_says_what_its_words_rest_on(name, capsys):
     assert main(["controls"]) == 0 and control.load(name).source in capsys.readouterr().out

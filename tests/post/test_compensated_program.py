@@ -10,7 +10,7 @@ from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.shell.main import main
-from tests.conftest import DATA, fed
+from tests.conftest import DATA
 from tests.machines import with_slides
 
 BLADE, TRUNNION, ERRORS = (
@@ -36,7 +36,6 @@ def missed(result, cl, errors, dialect, tcp):
 @pytest.mark.parametrize("tcp", [False, True])
 @pytest.mark.parametrize("dialect", control.names())
 def test_the_blade_on_a_calibrated_trunnion(blade, calibrated, dialect, tcp):
-    blade = fed(blade, dialect)
     plain = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp)
     result = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp, errors=calibrated)
     before, before_axis = missed(plain, blade, calibrated, dialect, tcp)

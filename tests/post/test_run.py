@@ -18,7 +18,7 @@ from mathpost.post.motion import Motion
 from mathpost.post.proof import deviation, measured
 from mathpost.post.ways import Crossing
 from mathpost.shell.main import main
-from tests.conftest import DATA, FIVE_AXES, ROOT, fed
+from tests.conftest import DATA, FIVE_AXES, ROOT
 from tests.machines import machines
 from tests.post.sampled import sampled_errors
 
@@ -34,7 +34,7 @@ def twisted():
 @pytest.mark.parametrize("dialect", control.names())
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_blade(dmu50v, blade, dialect, tcp):
-    result = post.run(fed(blade, dialect), dmu50v.machine, dialect=dialect, tcp=tcp)
+    result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
     assert result.joints.shape == (5, 5)
     np.testing.assert_array_equal(
         np.degrees(result.joints[:, 3:]).round(3)[[0, 4]], [[11.817, 175.815], [22.691, -8.075]]
@@ -369,7 +369,7 @@ def test_a_calibration_of_micrometres_keeps_the_branch(name, seed, blade):
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_report_times_what_is_written(dmu50v, blade, dialect, tcp):
     """Lifts are rapid where rapid traverse is a line; elsewhere they state their time, or carry the feed."""
-    result = post.run(fed(blade, dialect), dmu50v.machine, dialect=dialect, tcp=tcp, singular="retract")
+    result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp, singular="retract")
     lifted = result.blocks.rapid
     interpolated = control.load(dialect).rapid_interpolated
     assert lifted.any() == interpolated
@@ -416,8 +416,30 @@ def test_a_program_says_what_the_control_has_to_hold(name, blade):
     for joint in data.rotary:
         assert f"CONTROL HOLDS: {joint.name} THROUGH " in text
     assert "CONTROL HOLDS: WORK OFFSET X1 Y2 Z3" in text and "101.5 MM FROM NOSE TO TIP, IN THE TOOL TABLE" in text
+    free = post.run(blade, data, dialect="linuxcnc", tcp=True).program
+    assert "101.5 MM FROM NOSE TO TIP, IN G54 AND THE KINEMATICS, 0 IN THE TOOL TABLE" in free
     result = post.run(blade, data, dialect="fanuc")
     heads = any(joint.carries == "tool" for joint in data.rotary)
     assert ("101.5 MM FROM NOSE TO TIP" in result.program) == heads
     assert result.report.settings["tool length"] == "101.5 mm (machine file)"
     assert "…" in result.report.settings["rotary"]
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+def test_where_every_move_must_state_a_feed_cl_data_without_one_get_the_time_of_the_slowest_axis(
+    dmu50v, blade, tcp
+):
+    assert np.isnan(blade.feeds).all()
+    result = post.run(blade, dmu50v.machine, dialect="linuxcnc", tcp=tcp)
+    moves = [line for line in result.program.splitlines() if re.match(r"(?:G\d+ )*[XYZBC]-?\d", line)]
+    assert len(moves) == len(result.blocks.words) and all(re.search(r" F\d+\.?\d*$", line) for line in moves)
+    if not tcp:  # then the words are the axes, and one of them runs at its rate
+        seconds = np.array([60 / float(line.split(" F")[1]) for line in moves[1:]])
+        share = np.abs(np.diff(result.blocks.words, axis=0)) / seconds[:, None] / [500, 500, 500, 36, 36]
+        np.testing.assert_allclose(share.max(axis=1), 1, atol=1e-3)
+
+
+def test_without_rates_it_is_refused(dmu50v, blade):
+    unknown = replace(dmu50v.machine, linear=tuple(replace(each, max_rate=None) for each in dmu50v.machine.linear))
+    with pytest.raises(InputError, match="a feed .FEDRAT., or rates of all axes"):
+        post.run(blade, unknown, dialect="linuxcnc")
