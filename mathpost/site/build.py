@@ -17,7 +17,7 @@ from mathpost.course import machine_page, view_machine
 from mathpost.errors import InputError
 from mathpost.files import data_file, read_text, write_text
 from mathpost.kinematics import Kinematics
-from mathpost.site import commands, course_map, lesson, reference, search
+from mathpost.site import commands, course_map, lesson, reference, search, teaching
 
 TEMPLATES = Path(__file__).parent / "templates"
 CONTENTS = re.compile(r'<h2 id="([^"]+)">(.*?)</h2>|<(?:section|div class="classattr") id="([^"]+)">', re.DOTALL)
@@ -26,7 +26,12 @@ TABLE = re.compile(r"<table.*?</table>", re.DOTALL)
 PRE = re.compile(r"<pre(?=[ >])")
 TAG = re.compile(r"<[^>]+>")
 FRONT = "dmu50v"  # the machine on the front page
-TEXTS = {"TEACHING": "Teach with it", "AUTHORS": "Write a lesson"}  # pages of Markdown beside the lessons
+TEXTS = {  # pages of Markdown, seen from the lessons, and what they are called
+    "TEACHING.md": "Teach with it",
+    "AUTHORS.md": "Write a lesson",
+    "../.github/CONTRIBUTING.md": "Contribute, report",
+    "../CHANGELOG.md": "What changed",
+}
 LITE = "lite"  # the folder of the lessons that run in the browser, if they were built there
 
 
@@ -56,7 +61,7 @@ class Site:
         self.folder = folder
         self.lessons = [lesson.read(path, made) for path in paths]
         self.version = metadata.version("mathpost")
-        self.texts = [(f"{n.lower()}.html", said) for n, said in TEXTS.items() if (folder / f"{n}.md").exists()]
+        self.texts = [(name, page_of(name), title) for name, title in TEXTS.items() if (folder / name).exists()]
         self.lite = (output / LITE / "index.html").exists()
         self.jinja = Environment(
             loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
@@ -101,8 +106,12 @@ class Site:
         yield Page("reference/index.html", "Reference", self.filled("reference", modules=shown))
         for name, (_, body) in shown.items():
             yield Page(f"reference/{name.replace('.', '/')}.html", name, body, toc=True)
-        for url, title in self.texts:
-            yield Page(url, title, text(self.folder / f"{Path(url).stem.upper()}.md"), toc=True)
+        for name, url, title in self.texts:
+            body = text(self.folder / name)
+            before, mark, after = body.partition(teaching.MARK)
+            if mark:
+                body = f"{before}{teaching.mixups(self.lessons)}{after.partition('-->')[2]}"
+            yield Page(url, title, body, toc=True)
 
 
 def build(folder: Path, output: Path) -> None:
@@ -151,7 +160,13 @@ def scrolling(body: str) -> str:
 
 def text(path: Path) -> str:
     """Return a page of Markdown as HTML."""
-    return lesson.markdown(re.sub(r"\]\(([^):/]+)\.ipynb\)", r"](lessons/\1.html)", read_text(path)))
+    linked = re.sub(r"\]\(([^):/]+)\.ipynb\)", r"](lessons/\1.html)", read_text(path))
+    return lesson.markdown(re.sub(r"\]\(([\w./]+\.md)\)", lambda match: f"]({page_of(match[1])})", linked))
+
+
+def page_of(name: str) -> str:
+    """Return the page of a file of Markdown."""
+    return f"{Path(name).stem.lower()}.html"
 
 
 def inline(text: str) -> str:

@@ -1,0 +1,51 @@
+"""Texts about the project: minutes and lessons of the paths for teachers, mix-ups, the citation, the changelog."""
+
+import re
+import tomllib
+
+import pytest
+
+from mathpost.course.exercise import EXERCISES
+from mathpost.detective.causes import CAUSES
+from mathpost.site import lesson, teaching
+from tests.conftest import LESSONS, ROOT
+
+TEACHING = (ROOT / "notebooks/TEACHING.md").read_text(encoding="utf-8")
+VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+
+
+@pytest.fixture(scope="module")
+def lessons():
+    made = lesson.exporter()
+    return {path.name: lesson.read(path, made) for path in LESSONS}
+
+
+def test_the_paths_of_teachers_take_the_minutes_that_they_say(lessons):
+    paths = re.findall(r"\*\*[^*]+\*\* \((\d+) minutes.*?(?=\n\*\*|\n## )", TEACHING, re.DOTALL)
+    texts = re.findall(r"\*\*[^*]+\*\* \(\d+ minutes(.*?)(?=\n\*\*|\n## )", TEACHING, re.DOTALL)
+    sums = [sum(int(lessons[name].minutes) for name in re.findall(r"\((\w+\.ipynb)\)", text)) for text in texts]
+    assert len(paths) == 2 and list(map(int, paths)) == sums
+
+
+def test_every_mixup_of_the_catalogue_is_told_with_its_reason_and_lesson(lessons):
+    numbers = {path.stem.split("_")[0] for path in LESSONS}
+    for name, cause in CAUSES.items():
+        assert cause["mixup"].endswith(".") and cause["why"].endswith(".") and cause["lesson"] in numbers, name
+    shown = teaching.mixups(lessons.values())
+    assert shown.count("<tr><td>") == len(CAUSES) + sum(len(each.slips) for each in EXERCISES.values())
+    assert shown.index(CAUSES["reversed"]["mixup"]) < shown.index(CAUSES["origin"]["mixup"]), "by frequency"
+
+
+def test_the_changelog_begins_with_the_version():
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## (\S+)", changes, re.MULTILINE)[0] == VERSION
+
+
+def test_the_version_stands_in_one_place():
+    for name in ("CITATION.cff", "README.md", ".github/workflows/release.yml", "mathpost/__init__.py"):
+        assert VERSION not in (ROOT / name).read_text(encoding="utf-8"), name
+
+
+def test_every_source_of_the_paper_is_cited_and_every_citation_has_a_source():
+    paper, sources = ((ROOT / f".github/paper/paper.{kind}").read_text(encoding="utf-8") for kind in ("md", "bib"))
+    assert set(re.findall(r"@(\w+)(?=[\];])", paper)) == set(re.findall(r"@\w+\{(\w+),", sources))
