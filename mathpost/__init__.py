@@ -4,6 +4,22 @@ Read the files beside this one first: rotation, euler, frame, machine, chain, ki
 what they derive, codegen prints it for other programs. The rest is in rooms, each with its own reading order:
 sources, plane, measure, detective, compensate, workbook, path, controls, post, draw, course, classroom, workbench,
 site, shell.
+
+Examples
+--------
+>>> import mathpost
+>>> from mathpost.files import data_file
+>>> machine = mathpost.load_machine("dmu50v")
+>>> kinematics = mathpost.Kinematics(machine)
+>>> print(kinematics.inverse([50.3, 58.4, 52.1], [0.145, 0, 0.989], degrees=True)[0].round(2))
+[-36.78 -68.56  66.08  11.81 175.82]
+>>> result = mathpost.postprocess(mathpost.read_cl(data_file("cl/blade.cl")), machine)
+>>> print(result.program.splitlines()[0])
+0 BEGIN PGM BLADE MM
+>>> print(result.report)
+CL data ...
+>>> print(mathpost.explain([135, 54.7356, -90], [3, 4, 5], [1.283069, 6.939923, 0.437263]))
+the final transpose is missing...
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""The README: its Python runs as it stands, the places and names that it mentions exist, its map is short."""
+"""The README and the page for contributors: their commands and places exist, the map is short."""
 
 import re
 from pathlib import Path
@@ -7,20 +7,13 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
-def test_python_runs_as_it_stands(code, monkeypatch, capsys):
-    monkeypatch.chdir(ROOT)
-    exec(compile(code, "README.md", "exec"), {})
-    printed = capsys.readouterr().out
-    assert "END PGM" in printed and "the final transpose is missing" in printed
+CONTRIBUTING = (ROOT / ".github/CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
 def test_shell_commands_are_known():
     from mathpost.shell.main import main
 
-    commands = set(re.findall(r"-m mathpost (\w+)", README))
+    commands = set(re.findall(r"-m mathpost (\w+)", README + CONTRIBUTING))
     assert {"post", "check"} <= commands
     for command in commands:
         with pytest.raises(SystemExit) as left:
@@ -29,9 +22,7 @@ def test_shell_commands_are_known():
 
 
 def test_the_map_has_ten_rows_and_every_place_exists():
-    rows = re.findall(
-        r"^\| (.*) \|$", README.split("## Where things are")[1].split("## For those")[0], re.MULTILINE
-    )
+    rows = re.findall(r"^\| (.*) \|$", CONTRIBUTING.split("## Where things are")[1].split("\n## ")[0], re.MULTILINE)
     assert len(rows) - 1 <= 12
     folder = ROOT
     for row in rows[1:]:
@@ -46,6 +37,15 @@ def test_every_room_says_in_what_order_to_read_it():
     assert len(rooms) >= 12
     for room in rooms:
         said = (room / "__init__.py").read_text(encoding="utf-8")
-        assert f"{room.name}/" in README and said.startswith('"""'), room
+        assert f"{room.name}/" in CONTRIBUTING and said.startswith('"""'), room
         named = re.findall(r"`(\w+)[\w.]*`", said.split('"""')[1])
         assert any((room / f"{name}.py").exists() for name in named), room
+
+
+def test_every_link_of_the_readme_leads_to_a_file():
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    assert len(links) > 20 and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_readme_is_short():
+    assert len(README) < 9000, "the site has room"

@@ -67,7 +67,7 @@ class Site:
             loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
             lstrip_blocks=True,
         )  # fmt: skip
-        self.jinja.filters["inline"] = inline
+        self.jinja.filters |= {"inline": inline, "markdown": lesson.markdown}
 
     @cached_property
     def machines(self) -> dict[str, Kinematics]:
@@ -107,11 +107,10 @@ class Site:
         for name, (_, body) in shown.items():
             yield Page(f"reference/{name.replace('.', '/')}.html", name, body, toc=True)
         for name, url, title in self.texts:
-            body = text(self.folder / name)
-            before, mark, after = body.partition(teaching.MARK)
-            if mark:
-                body = f"{before}{teaching.mixups(self.lessons)}{after.partition('-->')[2]}"
-            yield Page(url, title, body, toc=True)
+            tables = teaching.mixups(self.lessons)
+            yield Page(
+                url, title, teaching.MARK.sub(lambda _, made=tables: made, text(self.folder / name)), toc=True
+            )
 
 
 def build(folder: Path, output: Path) -> None:

@@ -12,7 +12,7 @@ from mathpost.files import data_file, read_text
 from mathpost.shell.main import COMMANDS, main, option_actions
 from mathpost.toml_table import read_toml
 
-EXAMPLES = read_toml(Path(__file__).with_name("examples.toml"))
+TOLD = read_toml(Path(__file__).with_name("commands.toml"))
 LINES = 40  # of what an example prints or writes
 
 
@@ -43,6 +43,7 @@ class Command:
 
     name: str
     said: str
+    about: str  # Markdown
     options: list[Option]
     examples: tuple[Example, ...]
 
@@ -57,9 +58,12 @@ def read(lessons: Path) -> list[Command]:
         for path in sorted(lessons.glob("*.ipynb")):
             shutil.copy(path, here / "notebooks")
         with contextlib.chdir(here):
-            for name, given in EXAMPLES.items():
-                examples[name] = tuple(_run(**each) for each in given)
-    return [Command(name, said, _options(name), examples.get(name, ())) for name, said in COMMANDS.items()]
+            for name, told in TOLD.items():
+                examples[name] = tuple(_run(**each) for each in told.get("example", ()))
+    return [
+        Command(name, said, TOLD[name].get("about", ""), _options(name), examples[name])
+        for name, said in COMMANDS.items()
+    ]
 
 
 def _run(says, run, shows=""):

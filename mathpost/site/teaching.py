@@ -1,5 +1,6 @@
 """What students get wrong: the catalogue of mix-ups and the sentences of the exercises, as tables for teachers."""
 
+import re
 from collections.abc import Iterable
 from html import escape
 from itertools import groupby
@@ -8,21 +9,21 @@ from mathpost.course.exercise import EXERCISES
 from mathpost.detective.causes import CAUSES
 from mathpost.site.lesson import Lesson
 
-MARK = "<!-- mix-ups:"  # where the tables stand in TEACHING.md
+MARK = re.compile("<!-- mix-ups:.*?-->", re.DOTALL)  # where the tables stand in TEACHING.md
 
 
 def mixups(lessons: Iterable[Lesson]) -> str:
-    """Return HTML: the mix-ups found in public, the most frequent first, and those that each lesson's checks name."""
+    """Return HTML: the mix-ups found in public, the most frequent first, and those that checks name."""
     pages = {each.path.stem.split("_")[0]: each for each in lessons}
     found = sorted(CAUSES.values(), key=lambda cause: -len(cause["seen"]))
     rows = [(each["mixup"], each["why"], str(len(each["seen"])), _link(pages, each["lesson"])) for each in found]
     made = [_table(("mix-up", "why", "threads", "lesson"), rows)]
     named = [name for name in EXERCISES if EXERCISES[name].slips]
     for number, names in groupby(sorted(named), key=lambda name: name.partition("-")[0]):
-        rows = [(f"<code>{name}</code>", escape(said)) for name in names for said in EXERCISES[name].slips]
+        said = [(f"<code>{name}</code>", escape(slip)) for name in names for slip in EXERCISES[name].slips]
         title = escape(pages[number].short) if number in pages else number
-        table = _table(("exercise", "what the check says of the mix-up"), rows)
-        made.append(f"<details><summary>{title}: {len(rows)} mix-ups</summary>{table}</details>")
+        table = _table(("exercise", "what the check says of the mix-up"), said)
+        made.append(f"<details><summary>{title}: {len(said)} mix-ups</summary>{table}</details>")
     return "\n".join(made)
 
 

@@ -135,7 +135,7 @@ def test_paper_has_the_still_picture_of_a_view(offline, site):
 
 
 def test_every_command_has_an_example_that_runs_and_all_its_options(site):
-    assert set(COMMANDS) - set(commands.EXAMPLES) == {"site"}, "which is the example"
+    assert [name for name in COMMANDS if "example" not in commands.TOLD[name]] == ["site"], "these pages"
     for name in COMMANDS:
         page = (site / f"commands/{name}.html").read_text(encoding="utf-8")
         assert set(re.findall(r"Exit status (\d)", page)) <= {"0", "1"}, name
