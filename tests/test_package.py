@@ -1,5 +1,6 @@
 """What a person has who installs the package: shipped machines by name, a command, a version."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -42,21 +43,27 @@ def test_the_version_is_that_of_the_package():
     assert said == f"mathpost {metadata.version('mathpost')}\n"
 
 
-def test_the_wheel_holds_every_room_and_all_data(tmp_path):
-    for folder in ("mathpost", "data"):  # of a copy: what an earlier build left behind must not come in
-        shutil.copytree(ROOT / folder, tmp_path / "course" / folder)
+def wheel(folder):
+    """Build the wheel of a copy of the course in `folder`; what an earlier build left behind does not come in."""
+    course = folder / "course"
+    for name in ("mathpost", "data"):
+        shutil.copytree(ROOT / name, course / name)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, tmp_path / "course")
-    command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--quiet", "--wheel-dir", tmp_path]
-    command.append(tmp_path / "course")
-    subprocess.run(command, check=True, capture_output=True)
-    (wheel,) = tmp_path.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        held = set(archive.namelist())
-    modules = {
-        str(path.relative_to(ROOT))
-        for path in (ROOT / "mathpost").rglob("*.*")
-        if path.suffix in (".py", ".js", ".css", ".toml")
+        shutil.copy(ROOT / name, course)
+    command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--quiet", "--wheel-dir", folder, course]
+    subprocess.run(command, check=True, capture_output=True, env=os.environ | {"SOURCE_DATE_EPOCH": "1790000000"})
+    (made,) = folder.glob("*.whl")
+    return made
+
+
+def test_the_wheel_holds_every_room_and_all_data_and_is_the_same_each_time(tmp_path):
+    first, second = (wheel(tmp_path / name) for name in ("first", "second"))
+    assert first.read_bytes() == second.read_bytes()
+    with zipfile.ZipFile(first) as archive:
+        held = {name for name in archive.namelist() if ".dist-info/" not in name}
+    modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "mathpost").rglob("*.*")}
+    shipped = {
+        f"mathpost/data/{path.relative_to(ROOT / 'data').as_posix()}" for path in (ROOT / "data").glob("*/*.*")
     }
-    shipped = {f"mathpost/data/{path.relative_to(ROOT / 'data')}" for path in (ROOT / "data").glob("*/*.*")}
-    assert modules | shipped <= held
+    made_by = {name for name in shipped if name.endswith(".py")}
+    assert held == {name for name in modules | shipped if not name.endswith(".pyc")} - made_by
