@@ -62,8 +62,7 @@ def test_the_wheel_holds_every_room_and_all_data_and_is_the_same_each_time(tmp_p
     with zipfile.ZipFile(first) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
     modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "mathpost").rglob("*.*")}
-    shipped = {
-        f"mathpost/data/{path.relative_to(ROOT / 'data').as_posix()}" for path in (ROOT / "data").glob("*/*.*")
-    }
+    data = ROOT / "data"
+    shipped = {f"mathpost/data/{path.relative_to(data).as_posix()}" for path in data.glob("*/*.*")}
     made_by = {name for name in shipped if name.endswith(".py")}
     assert held == {name for name in modules | shipped if not name.endswith(".pyc")} - made_by

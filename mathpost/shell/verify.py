@@ -10,8 +10,6 @@ from pathlib import Path
 from mathpost import machine
 from mathpost.controls import control
 from mathpost.controls.coordinates import Setup
-from mathpost.course import view_machine
-from mathpost.course.machine_page import FRAME
 from mathpost.errors import InputError
 from mathpost.files import read_bytes, read_text, write_text
 from mathpost.kinematics import Kinematics
@@ -66,6 +64,9 @@ def run(options: argparse.Namespace) -> int:
 
 def page(found: Verified, kin: Kinematics) -> str:
     """Return the machine walking through a program, as HTML."""
+    from mathpost.course import view_machine  # draws with matplotlib, of the extras
+    from mathpost.course.machine_page import FRAME
+
     every = -(-len(found.joints) // MOST_SHOWN)
     path = found.cl.part(0, len(found.joints))
     shown = slice(None, None, every)
