@@ -107,10 +107,10 @@ class Site:
         for name, (_, body) in shown.items():
             yield Page(f"reference/{name.replace('.', '/')}.html", name, body, toc=True)
         for name, url, title in self.texts:
-            tables = teaching.mixups(self.lessons)
-            yield Page(
-                url, title, teaching.MARK.sub(lambda _, made=tables: made, text(self.folder / name)), toc=True
-            )
+            body = text(self.folder / name)
+            if teaching.MARK in body:
+                body = body.replace(teaching.MARK, teaching.mixups(self.lessons))
+            yield Page(url, title, body, toc=True)
 
 
 def build(folder: Path, output: Path) -> None:
