@@ -54,8 +54,8 @@ def pages(names: Iterable[str]) -> dict[str, tuple[str, str]]:
 
 
 def _loaded(name):
-    """A module, with what it loads only when it is asked for."""
+    """A module, with what it loads only when it is asked for in its place: pdoc looks there."""
     module = import_module(name)
     for offered in getattr(module, "__all__", ()):
-        getattr(module, offered)
+        setattr(module, offered, getattr(module, offered))
     return module
