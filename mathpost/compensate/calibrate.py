@@ -42,6 +42,7 @@ class Calibration:
     bar: dict  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
     doubts: tuple = ()  # sentences: why the readings do not fit
     notes: tuple = ()  # sentences: what else was seen
+    residuals: tuple = ()  # `verdict.Residual`, what is left of each reading
 
     @property
     def fits(self):
@@ -165,6 +166,7 @@ def estimate(machine, read):
     problem = Problem(machine, blocks, seen)
     solution, shown = problem.solve()
     found = _calibration(problem, solution, bars[0] if bars else {})
+    found = replace(found, residuals=tuple(verdict.residuals(problem, solution)))
     verdict.refuse_absurd(found)
     doubts, notes = verdict.judge(problem, solution, shown)
     far = verdict.far_off(found)

@@ -1,5 +1,7 @@
 """Whether readings fit the machine estimated from them: noise, rows, patterns, sizes, each in a sentence."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy
 
@@ -67,6 +69,27 @@ def judge(problem, solution, shown):
     return tuple(doubts), tuple(notes)
 
 
+@dataclass(frozen=True)
+class Residual:
+    """What is left of one reading: `off`, µm, and how many times what it may scatter by itself."""
+
+    file: str
+    line: int
+    column: str
+    off: float
+    times: float
+
+
+def residuals(problem, solution):
+    """Yield the `Residual` of each reading of an axis."""
+    for number, (block, own) in enumerate(zip(problem.blocks, problem.rows, strict=False)):
+        file = _File(block, solution, own, solution.freedom[number])
+        for (line, column), off, times in zip(
+            block.rows, file.scaled * file.sigma, file.studentized(), strict=True
+        ):
+            yield Residual(block.where, line, column, float(1e3 * off), float(times))
+
+
 class _File:
     """The residuals of one file of readings."""
 
@@ -98,9 +121,13 @@ class _File:
             said = f"readings scatter by {1e3 * self.sigma:.4f} µm: simulated, rounded, or in another unit?"
             yield f"{name}: {said}"
 
+    def studentized(self):
+        """Each residual by its own standard deviation; 0 for a reading that nothing else checks."""
+        return np.where(self.spare > 0.05, self.scaled / np.sqrt(self.spare), 0.0)
+
     def worst(self):
         """The row that the others contradict, if there is one."""
-        studentized = np.where(self.spare > 0.05, self.scaled / np.sqrt(self.spare), 0.0)
+        studentized = self.studentized()
         row = int(np.argmax(np.abs(studentized)))
         free = self.free
         square = float(studentized[row] ** 2)

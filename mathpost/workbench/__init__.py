@@ -2,13 +2,22 @@
 
 A panel is made from the options of its command, so that an option has one name, one unit and one help, and what is
 new there is new here. Read `options` (an option as a control), `run` (a process that can be stopped), `panel`, then
-one panel: `post`. A panel writes only where it is told to.
+`text_panel`, whose commands are shown by what they print, and `post_panel`, `check_panel`, `calibrate_panel`. A
+panel writes only where it is told to.
 """
 
 from importlib import import_module
 from typing import Any
 
-PANELS = ("post",)
+PANELS = {
+    "post": "post_panel.panel",
+    "check": "check_panel.panel",
+    "calibrate": "calibrate_panel.panel",
+    "verify": "text_panel.verify",
+    "explain": "text_panel.explain",
+    "pose": "text_panel.pose",
+    "plane": "text_panel.plane",
+}
 __all__ = list(PANELS)
 
 
@@ -16,4 +25,5 @@ def __getattr__(name: str) -> Any:
     """The function that makes a panel, loaded when it is used."""
     if name not in PANELS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return import_module(f"mathpost.workbench.{name}_panel").panel
+    module, _, function = PANELS[name].partition(".")
+    return getattr(import_module(f"mathpost.workbench.{module}"), function)

@@ -1,7 +1,7 @@
 """An option of the shell as a control: what argparse knows of it says what it looks like."""
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -43,16 +43,16 @@ class Option:
         self.box = widgets.HBox([self.field, widgets.HTML(f"<span class=mathpost-help>{said}</span>")])
 
     def _made(self, label, value):
-        how = {"description": label, "style": STYLE, "layout": widgets.Layout(width=FIELD)}
+        how = {"description": label, "style": STYLE, "layout": widgets.Layout(width=FIELD, flex="0 0 auto")}
         if self.action.const is True:
             return widgets.Checkbox(value=bool(value), indent=True, **how)
         if self.action.choices is not None:
             choices = [
-                *[("", None)] * (self.action.default is None),
+                *[("", None)] * (not self.action.default),
                 *((each, each) for each in self.action.choices),
             ]
-            return widgets.Dropdown(options=choices, value=value, **how)
-        text = value if isinstance(value, str) else "" if value is None else f"{value:g}"
+            return widgets.Dropdown(options=choices, value=value or None, **how)
+        text = " ".join(value) if isinstance(value, list | tuple) else "" if value is None else str(value)
         if self.action.metavar == "CONTROL":
             return widgets.Combobox(options=control.names(), value=text, **how)
         shape = self.action.metavar
@@ -70,7 +70,9 @@ class Option:
         if not (text := value.strip()):
             return []
         if self._is_repeated():
-            return [word for row in text.split(";") if row.split() for word in (self.name, *row.split())]
+            rows = filter(None, map(str.strip, text.split(";")))
+            one = self.action.nargs is None
+            return [word for row in rows for word in ([f"{self.name}={row}"] if one else [self.name, *row.split()])]
         if self.action.nargs is not None:
             return [*[self.name] * bool(self.name), *text.split()]
         return [text] if self.positional else [f"{self.name}={text}"]
@@ -96,7 +98,7 @@ class FileOption(Option):
         text = "; ".join(map(str, value)) if isinstance(value, list | tuple) else str(value or "")
         return widgets.Combobox(
             description=label, options=list(self.shipped), value=text, placeholder="path, or from the list",
-            style=STYLE, layout=widgets.Layout(width=FIELD),
+            style=STYLE, layout=widgets.Layout(width=FIELD, flex="0 0 auto"),
         )  # fmt: skip
 
     def _take(self, _change):
@@ -146,15 +148,14 @@ def _shipped(pattern):
     return sorted(data(folder).glob(names))
 
 
-def options(command: str, values: dict[str, Any], without: Iterable[str] = ()) -> dict[str, Option]:
+def options(command: str, values: dict[str, Any]) -> dict[str, Option]:
     """Return a control for each option of a command that says what to read, by the name of its value.
 
     `values` are what the controls begin with; what the shell writes, the panel offers as a download.
     """
     found = {}
     for action in option_actions(command):
-        written = "-o" in action.option_strings or action.metavar == "OUT" or action.dest in without
-        if not written and not isinstance(action, argparse._HelpAction):
+        if "-o" not in action.option_strings and action.metavar != "OUT" and action.dest != "json":
             kind: Callable[..., Option] = FileOption if action.type is Path else Option
             found[action.dest] = kind(action, values.pop(action.dest, None))
     if values:

@@ -30,22 +30,23 @@ class Panel(widgets.VBox):
     command : str
         One of `mathpost.shell.main.COMMANDS`.
     work : callable
-        ``work(options, say)``, a function of a module, makes a `Made` in a process of its own. ``say(stage, done,
-        total)`` tells how far it is.
+        ``work(options, say, folder)``, a function of a module, makes a `Made` in a process of its own; the folder
+        goes when it has ended. ``say(stage, done,
+        total, row)`` tells how far it is; a `row`, HTML, is added to those that are shown.
     first : sequence of str
         The options in sight; the others are in a section that opens.
     values : dict
         What options begin with.
     """
 
-    def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any], **how: Any):
+    def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any]):
         self.command, self.work = command, work
-        self.options = options(command, dict(values), **how)
+        self.options = options(command, dict(values))
         self.run = widgets.Button(description="Run", button_style="primary", tooltip="with the values above")
         self.cancel = widgets.Button(description="Cancel", disabled=True, tooltip="stop at once; nothing is left")
         self.bar = widgets.FloatProgress(min=0, max=1, layout=widgets.Layout(width="220px"))
         self.stage, self.said = widgets.HTML(), widgets.HTML()
-        self.found = widgets.VBox(layout=WIDE)
+        self.found, self.rows = widgets.VBox(layout=WIDE), widgets.VBox(layout=WIDE)
         self.sections = widgets.Accordion(layout=WIDE)
         self.files: dict[str, bytes] = {}
         self.running: Run | None = None
@@ -77,7 +78,7 @@ class Panel(widgets.VBox):
         if self.thread is not None and self.thread.is_alive():
             return
         self.running, self.files = Run(self.work), {}
-        self.said.value, self.stage.value, self.found.children = "", "", ()
+        self.said.value, self.stage.value, self.rows.children, self.found.children = "", "", (), (self.rows,)
         try:
             words = self.words(self.running.folder)
         except MathpostError as error:
@@ -101,14 +102,16 @@ class Panel(widgets.VBox):
         if isinstance(made, Made):
             self.bar.value = 1
             self.stage.value = f"{time.monotonic() - self.begun:.1f} s"
-            self.tell(made.said, "right" if made.fine else "wrong")
+            self.tell(made.said, {True: "right", False: "wrong", None: ""}[made.fine])
             self.show(made)
         else:
             self.bar.value, self.stage.value = 0, ""
             self.tell(made or "stopped: nothing is left of this run", "wrong" if made else "")
 
-    def told(self, stage: str = "", done: float = 0, total: float = 0) -> None:
-        """Show how far the run is: the stage and its seconds."""
+    def told(self, stage: str = "", done: float = 0, total: float = 0, row: str = "") -> None:
+        """Show how far the run is: the stage and its seconds, and what a work has found so far."""
+        if row:
+            self.rows.children = (*self.rows.children, widgets.HTML(row, layout=WIDE))
         if stage and stage != self.now[0]:
             self.now = (stage, time.monotonic())
         if total:
@@ -125,18 +128,11 @@ class Panel(widgets.VBox):
         self.files = made.files
         pages = widgets.Tab([widgets.HTML(page, layout=WIDE) for page in made.pages.values()], layout=WIDE)
         pages.titles = tuple(made.pages)
-        self.found.children = (self.downloads(), pages)
+        self.found.children = (self.downloads(), *[pages] * bool(made.pages), self.rows)
 
     def downloads(self) -> widgets.Widget:
         """Links that save each file, and a field to write all of them to a folder."""
-        links = []
-        for name, content in self.files.items():
-            if len(content) <= LARGEST:
-                data = base64.b64encode(content).decode()
-                links.append(
-                    f'<a class="mathpost-download" download="{escape(name)}" '
-                    f'href="data:application/octet-stream;base64,{data}">⤓ {escape(name)}</a>'
-                )
+        links = [download(name, content) for name, content in self.files.items() if len(content) <= LARGEST]
         if not self.files:
             return widgets.HTML()
         where = widgets.Text(
@@ -169,3 +165,10 @@ class Panel(widgets.VBox):
         display({"text/plain": repr(self), "text/html": sentence}, raw=True)
         view = self._repr_mimebundle_()
         display({kind: view[kind] for kind in view if "widget-view" in kind}, raw=True)
+
+
+def download(name: str, content: bytes) -> str:
+    """Return a link that saves a file, as HTML."""
+    data = base64.b64encode(content).decode()
+    link = f'download="{escape(name)}" href="data:application/octet-stream;base64,{data}"'
+    return f'<a class="mathpost-download" {link}>⤓ {escape(name)}</a>'

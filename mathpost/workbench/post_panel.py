@@ -70,7 +70,7 @@ def panel(**values: Any) -> Panel:
     return PostPanel(**values)
 
 
-def work(options: argparse.Namespace, say: Callable[..., None]) -> Made:
+def work(options: argparse.Namespace, say: Callable[..., None], _folder: Path) -> Made:
     """Make the program as the shell does, and what is shown of it."""
 
     def stage(name):

@@ -28,11 +28,11 @@ class Made:
     said: str  # in one line
     pages: dict[str, str] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
-    fine: bool = True
+    fine: bool | None = True  # None is neither good nor bad
 
 
 class Run:
-    """A process that runs ``work(options, say)``, and the folder for what it needs, which goes with it.
+    """A process that runs ``work(options, say, folder)``, and the folder for what it needs, which goes with it.
 
     `words` stand on the command line of the shell; what the work says with ``say(...)`` is passed to `told`, each
     time, and from time to time nothing is. `result` is a `Made`, or the sentence of an error, or None if it was
@@ -88,8 +88,12 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the kernel's own
     sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as it lives
     threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
+
+    def say(stage="", done=0, total=0, row=""):
+        connection.send(("told", (stage, done, total, row)))
+
     try:
-        ended = work(parsed(words), lambda *said: connection.send(("told", said)))
+        ended = work(parsed(words), say, folder)
     except MathpostError as error:
         ended = str(error)
     except Exception as error:

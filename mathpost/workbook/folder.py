@@ -84,7 +84,7 @@ def _width(text):
     return sum(2 if ord(character) > 0x2E80 else 1 for character in text)
 
 
-def check_folder(folder, task=None, *, marked=None, language="en", progress=None):
+def check_folder(folder, task=None, *, marked=None, language="en", progress=None, judged=None):
     """Return the `Summary` of all spreadsheets of a folder and the folders in it.
 
     Parameters
@@ -98,6 +98,8 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
         ``"en"`` or ``"zh"``, of the table.
     progress : callable, optional, keyword only
         ``progress(done, total, path)`` is called after each file.
+    judged : callable, optional, keyword only
+        ``judged(row, report)`` is called with each row and its `FileReport`, None of a file that was not read.
 
     Raises
     ------
@@ -115,7 +117,7 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
     if not paths:
         raise InputError(str(folder), "spreadsheets", "none")
     for done, path in enumerate(paths, 1):
-        name = str(path.relative_to(folder))
+        name, report = str(path.relative_to(folder)), None
         try:
             report = check_file(path, task)
         except InputError as error:
@@ -123,12 +125,14 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
         except Exception as error:  # whatever it is: the other files are still checked
             rows.append((name, DAMAGED, "", "", "", f"not judged: {type(error).__name__}: {error}"))
         else:
-            *row, why = _row(report)
+            *row, why = row_of(report)
             if out and path.suffix.lower() == ".xlsx":
                 why = f"{why} {_marked(report, out[0] / name)}".strip()
             rows.append((name, *row, why))
         if progress is not None:
             progress(done, len(paths), path)
+        if judged is not None:
+            judged(rows[-1], report)
     return Summary(tuple(rows), language)
 
 
@@ -144,7 +148,8 @@ def _marked(report, out):
     return ""
 
 
-def _row(report):
+def row_of(report):
+    """Return what a row of a `Summary` says of a file, without its name."""
     first = report.faults[0] if report.faults else None
     why = first.message if first else "; ".join(report.seen[: report.verdict == UNCLEAR])
     if report.not_checked:

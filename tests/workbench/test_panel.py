@@ -1,12 +1,15 @@
 """Panels driven as their user drives them, without a browser: set values, press, look at what is said."""
 
 import argparse
+import io
 import re
 import tempfile
+import zipfile
 from datetime import UTC, datetime
 from pathlib import Path
 
 import ipywidgets as widgets
+import openpyxl
 import pytest
 
 from mathpost import workbench
@@ -18,7 +21,15 @@ from mathpost.workbench.run import Made, parsed
 from tests.conftest import DATA
 
 WHEN = datetime(2026, 1, 2, tzinfo=UTC)
-MADE = {"post": workbench.post(cl="blade.cl", machine="dmu50v.toml")}  # none is changed
+MADE = {  # none is changed
+    "post": workbench.post(cl="blade.cl", machine="dmu50v.toml"),
+    "check": workbench.check(path="right.xlsx"),
+    "calibrate": workbench.calibrate(machine="ac_table.toml", readings="ball_c_axis.csv"),
+    "explain": workbench.explain(angles="1 2 3"),
+    "pose": workbench.pose(machine="bc_table.toml"),
+    "plane": workbench.plane(words="G68.2 I135 J54.7356 K-90"),
+    "verify": workbench.verify(program="blade.h", machine="dmu50v.toml"),
+}
 
 
 def inside(widget):
@@ -64,8 +75,9 @@ def test_the_controls_begin_with_the_defaults_of_the_shell(name, tmp_path):
     command = argparse.ArgumentParser()
     main.import_module(f"mathpost.shell.{name}").add_arguments(command)
     for action in command._actions:
-        if action.option_strings and action.dest not in ("help", "machine", "compare"):
-            assert options[action.dest] == action.default, action.dest
+        if action.option_strings and action.dest not in ("help", "machine", "compare", "angles"):
+            as_given = [*action.default] if isinstance(action.default, tuple) else action.default or None
+            assert (options[action.dest] or None) == as_given, action.dest
 
 
 def test_an_option_that_is_new_in_the_shell_is_new_in_the_panel(monkeypatch, tmp_path):
@@ -128,7 +140,7 @@ def test_what_is_wrong_is_one_line(name, value, expected, tmp_path):
     panel = workbench.post(cl="blade.cl", machine="dmu50v.toml")
     panel[name].field.value = value
     with pytest.raises(ValueError) as error:
-        panel.work(parsed(panel.words(tmp_path)), lambda *said: None)
+        panel.work(parsed(panel.words(tmp_path)), lambda *said: None, tmp_path)
     assert expected in str(error.value) and "\n" not in str(error.value)
 
 
@@ -212,3 +224,86 @@ def test_without_python_a_panel_is_its_sentence(monkeypatch):
     sentence, view = shown
     assert SENTENCE in sentence["text/html"] and SENTENCE in sentence["text/plain"]
     assert list(view) == ["application/vnd.jupyter.widget-view+json"]
+
+
+def worked(panel, folder):
+    """What a panel makes, in this process, and the rows that it says on the way."""
+    rows = []
+    made = panel.work(parsed(panel.words(folder)), lambda *said, row="": rows.append(row), folder)
+    return made, list(filter(None, rows))
+
+
+def test_a_class_of_workbooks_becomes_a_table_that_opens(tmp_path):
+    """Uploaded: right, wrong, and one that is no workbook; against the shell's own words."""
+    names = ("right.xlsx", "lucky.xlsx", "missing_transpose.xlsx")
+    files = {name: (DATA / "workbooks" / name).read_bytes() for name in names} | {"torn.xlsx": b"torn"}
+    panel = workbench.check()
+    uploaded(panel, "path", files)
+    made, (head, *rows) = worked(panel, tmp_path)
+    assert "first wrong cell" in head and len(rows) == 4 and made.fine is None
+    assert made.said == "4 workbooks: 1 not read, 1 right, 2 wrong"
+    lucky, missing, right, torn = rows
+    assert "B21: F16 should be F15" in lucky and 'class="first"' in lucky and "marked_lucky.xlsx" in lucky
+    assert re.search(r'class="first"[^>]*title="=[^"]*F16', lucky), "the framed cell is the wrong one"
+    assert "the matrix should be transposed" in missing and 'class="first"' not in right
+    assert "not read" in torn and "marked_torn" not in torn
+    with zipfile.ZipFile(io.BytesIO(made.files["marked.zip"])) as marked:
+        assert sorted(marked.namelist()) == sorted(names)
+        book = openpyxl.load_workbook(io.BytesIO(marked.read("lucky.xlsx")))
+    assert "F16 should be F15" in book["ZXZ"]["B21"].comment.text
+    assert sorted(path.name for path in (tmp_path / "path").iterdir()) == sorted(files), "beside them is nothing"
+    assert main.main(["check", f"{tmp_path / 'path'}", "--csv", f"{tmp_path / 'shell.csv'}"]) == 2
+    assert made.files["class.csv"] == (tmp_path / "shell.csv").read_bytes()
+
+
+def test_readings_become_files_and_the_worst_is_named(tmp_path):
+    """The files against the shell's; a reading that was moved by hand is the first of the table."""
+    panel = MADE["calibrate"]
+    made, _ = worked(panel, tmp_path)
+    assert made.fine and made.said == "The readings fit."
+    shell = ["calibrate", "ac_table", f"{DATA / 'measurements/ball_c_axis.csv'}", "-o", f"{tmp_path / 'shell'}"]
+    assert main.main(shell) == 0
+    for path in (tmp_path / "shell").iterdir():
+        if path.suffix == ".toml":
+            assert made.files[path.name] == path.read_bytes()
+    lines = (DATA / "measurements/ball_c_axis.csv").read_text(encoding="utf-8").splitlines()
+    number = next(n for n, line in enumerate(lines) if re.match(r"[-\d]", line)) + 5
+    *others, last = lines[number].split(",")
+    lines[number] = ",".join([*others, str(float(last) + 0.05)])
+    (tmp_path / "b").mkdir()
+    moved = workbench.calibrate(machine="ac_table.toml")
+    uploaded(moved, "readings", {"moved.csv": "\n".join(lines).encode()})
+    made, _ = worked(moved, tmp_path / "b")
+    assert made.fine is False and list(made.files) == ["report.txt"]
+    assert f"moved.csv, line {number + 1}, column" in made.pages["Readings"].split("</p>")[0]
+
+
+@pytest.mark.parametrize(
+    ("panel", "answer", "fine"),
+    [
+        (
+            workbench.explain(angles="135 54.7356 -90", point="3 4 5", result="1.283069 6.939923 0.437263"),
+            "the final transpose is missing",
+            False,
+        ),
+        (workbench.pose(machine="bc_table", axis="1 -1 1", present="-20 100"), "B 54.7356 C -45", True),
+        (workbench.pose(machine="bc_table", joints="1 0 2 -20 30"), "tool axis i -0.296", True),
+        (workbench.plane(point="0 0 0; 40 0 0; 0 30 10"), "G68.2 X0. Y0. Z0. I0. J18.4349 K0.", True),
+    ],
+)
+def test_numbers_in_answers_out(panel, answer, fine, tmp_path):
+    made, _ = worked(panel, tmp_path)
+    assert answer in made.files[f"{panel.command}.txt"].decode() and made.fine is fine
+
+
+def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
+    program = tmp_path / "blade.h"
+    blade, dmu = f"{DATA / 'cl/blade.cl'}", f"{DATA / 'machines/dmu50v.toml'}"
+    assert main.main(["post", blade, "--machine", dmu, "-o", f"{program}"]) == 0
+    right = program.read_text(encoding="utf-8")
+    for text, fine in ((right, True), (right.replace("B+11.8172", "B-11.8172"), False)):
+        panel = workbench.verify(machine="dmu50v.toml", cl="blade.cl")
+        uploaded(panel, "program", {"mine.h": text.encode()})
+        (folder := tmp_path / str(fine)).mkdir()
+        made, _ = worked(panel, folder)
+        assert made.fine is fine and 'srcdoc="' in made.pages["Machine"]

@@ -1,0 +1,98 @@
+"""Spreadsheets checked: a line for each as it is judged, which opens to its sheet; marked copies to download."""
+
+import argparse
+import io
+import zipfile
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from mathpost.errors import InputError
+from mathpost.shell import check
+from mathpost.workbench.panel import Panel, download
+from mathpost.workbench.run import Made
+from mathpost.workbench.sheet_page import sheet_page
+from mathpost.workbook import check_file, check_folder, mark
+from mathpost.workbook.folder import HEADS, MARKED_LIMIT, Summary, row_of
+from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR
+from mathpost.workbook.sheet.file import read
+
+FIRST = ("path", "sequence", "convention", "machine", "language")
+MOST_LINES = 400  # of a class; the files to download have all
+SMALL = 200_000  # bytes of a marked copy that its line offers by itself
+
+
+def panel(**values: Any) -> Panel:
+    """Return the panel, its options set to `values`: ``panel(path="right.xlsx")``."""
+    return Panel("check", work, FIRST, values)
+
+
+def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:
+    """Check one spreadsheet or a folder as the shell does, and say a line for each."""
+    task, marked, pages = check.asked(options), folder / "marked", {}
+    place, many = options.path, options.path.is_dir()
+    say("checking", row=_line(HEADS[options.language], "mathpost-head"))
+    count = iter(range(1, MOST_LINES + 1))
+
+    def judged(row, report):
+        if next(count, 0):
+            copy = marked / row[0]
+            say(row=_row(row, report, place / row[0] if many else place, copy, opened=not many))
+
+    if many:
+        summary = check_folder(
+            place, task, marked=marked, language=options.language, judged=judged,
+            progress=lambda done, total, path: say(f"{path.name}, {done} of {total}", done, total),
+        )  # fmt: skip
+    else:
+        report = check_file(place, task)
+        row, name = (place.name, *row_of(report)), place.name
+        if place.suffix.lower() == ".xlsx" and place.stat().st_size <= MARKED_LIMIT and report.cells:
+            mark(report, marked / name)
+        summary = Summary((row,), options.language)
+        judged(row, report)
+        if options.why and report.explain:
+            pages["Why"] = f"<pre>{escape(chr(10).join(report.explain(options.why)))}</pre>"
+    files = {"class.csv": summary.to_csv().encode(), "class.html": summary.to_html().encode()} if many else {}
+    copies = sorted(path for path in marked.rglob("*") if path.is_file()) if marked.is_dir() else []
+    if many and copies:
+        files["marked.zip"] = _zipped(marked, copies)
+    elif copies:
+        files[f"marked_{place.name}"] = copies[0].read_bytes()
+    files["report.txt"] = f"{summary if many else report}\n".encode()
+    verdicts = Counter(row[1] for row in summary.rows)
+    said = ", ".join(f"{number} {verdict}" for verdict, number in sorted(verdicts.items()))
+    if many:
+        return Made(f"{len(summary.rows)} workbooks: {said}", pages, files, None)
+    return Made(str(report).splitlines()[0], pages, files, summary.status == 0)
+
+
+def _line(texts, kind="", colour="white", inside=""):
+    cells = "".join(f"<span>{escape(text)}</span>" for text in texts)
+    summary = f'<summary style="background:{colour}">{cells}</summary>'
+    return f'<details class="mathpost-row {kind}">{summary}{inside}</details>'
+
+
+def _row(row, report, path, copy, *, opened):
+    """The line of a workbook; inside, what is wrong and why, the sheet, and the marked copy."""
+    colour = STATUS_COLOUR.get(row[1], STATUS_COLOUR[UNCLEAR])
+    inside = f"<p>{escape(row[5])}</p>"
+    if report is not None:
+        inside = "<br>".join(map(escape, str(report).splitlines()[1:]))
+        with suppress(InputError):
+            inside += sheet_page(report, read(path))
+    if copy.is_file() and copy.stat().st_size <= SMALL:
+        inside += download(f"marked_{copy.name}", copy.read_bytes())
+    line = _line(row, "", colour, f"<div>{inside}</div>")
+    return line.replace("<details ", "<details open ", 1) if opened else line
+
+
+def _zipped(folder, paths):
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in paths:
+            archive.write(path, path.relative_to(folder))
+    return content.getvalue()

@@ -1,0 +1,52 @@
+"""Commands whose answer is what they print: explain, pose, plane, verify."""
+
+import argparse
+import io
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from mathpost.files import read_text
+from mathpost.workbench.panel import Panel
+from mathpost.workbench.run import Made
+
+PAGE = "page.html"
+
+
+def explain(**values: Any) -> Panel:
+    """Return the panel of ``explain``: which misreading gives this number."""
+    return Panel("explain", work, ("angles", "sequence", "point", "result", "machine", "axis"), values)
+
+
+def pose(**values: Any) -> Panel:
+    """Return the panel of ``pose``: a tool axis to every position, or joints to tip and tool axis."""
+    return Panel("pose", work, ("machine", "axis", "tip", "joints", "present"), values)
+
+
+def plane(**values: Any) -> Panel:
+    """Return the panel of ``plane``: a tilted plane in every control's words."""
+    return Panel("plane", work, ("words", "point", "normal", "machine", "present"), values)
+
+
+def verify(**values: Any) -> Panel:
+    """Return the panel of ``verify``: a program of any post against its CL data."""
+    return Panel("verify", work, ("program", "machine", "dialect", "cl", "origin"), values)
+
+
+def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:
+    """Run the command as the shell does, and show what it prints, and the page that it can write."""
+    say(options.command)
+    if has_page := "page" in options:
+        options.page = folder / PAGE
+    with redirect_stdout(io.StringIO()) as said:
+        status = options.run(options)
+    text = said.getvalue()
+    pages, files = {"Answer": f"<pre>{escape(text)}</pre>"}, {f"{options.command}.txt": text.encode()}
+    if has_page:
+        page = read_text(options.page)
+        frame = 'style="width:100%;height:640px;border:0" sandbox="allow-scripts" title="machine"'
+        pages["Machine"] = f'<iframe {frame} srcdoc="{escape(page)}"></iframe>'
+        files[PAGE] = page.encode()
+    return Made(next(filter(None, text.splitlines()), ""), pages, files, fine=status == 0)
