@@ -18,6 +18,11 @@ from mathpost.workbench.run import Made, Run
 
 SENTENCE = "Run this cell: it needs Python."
 STYLE = Path(__file__).parent / "panel.css"
+# Where there is no Python, the sentence shows, and not what JupyterLab says of a widget that it cannot find.
+WITHOUT_PYTHON = """.jp-OutputArea:has(.mathpost-panel:not(.jupyter-widgets-disconnected)) .mathpost-sentence,
+.jp-OutputArea:has(.mathpost-sentence) .jp-OutputArea-child + * .jp-OutputArea-output:not(:has(*)),
+.mathpost-panel.jupyter-widgets-disconnected { display: none }
+.mathpost-sentence { padding: 8px 12px; border: 1px dashed #bbb; max-width: 560px }"""
 LARGEST = 32 * MEGABYTE  # of a download; more is saved to a folder
 WIDE = widgets.Layout(width="100%")
 
@@ -55,7 +60,17 @@ class Panel(widgets.VBox):
         self.cancel.on_click(lambda _: self.running and self.running.stop())
         buttons = widgets.HBox([self.run, self.cancel, self.bar, self.stage])
         shown = [self.options[name].box for name in first]
-        super().__init__([*shown, self.sections, buttons, self.said, self.found], layout=WIDE)
+        super().__init__(
+            [
+                widgets.HTML(f"<style>{read_text(STYLE)}</style>"),
+                *shown,
+                self.sections,
+                buttons,
+                self.said,
+                self.found,
+            ],
+            layout=WIDE,
+        )
         self.add_class("mathpost-panel")
         if more := [each.box for name, each in self.options.items() if name not in first]:
             self.section("Further options", widgets.VBox(more))
@@ -161,7 +176,7 @@ class Panel(widgets.VBox):
 
     def _ipython_display_(self, **_kwargs):
         """Show a sentence for those who have no Python, and where there is one the panel in its place."""
-        sentence = f'<style>{read_text(STYLE)}</style><div class="mathpost-sentence">{SENTENCE}</div>'
+        sentence = f'<style>{WITHOUT_PYTHON}</style><div class="mathpost-sentence">{SENTENCE}</div>'
         display({"text/plain": repr(self), "text/html": sentence}, raw=True)
         view = self._repr_mimebundle_()
         display({kind: view[kind] for kind in view if "widget-view" in kind}, raw=True)
