@@ -1,8 +1,10 @@
 """From sympy expressions to NumPy functions, and from plain loops to machine code where Numba is installed."""
 
+import logging
 import math
 from collections import Counter
 from functools import cache, lru_cache, partial
+from pathlib import Path
 
 import numpy as np
 import sympy as sp
@@ -205,6 +207,12 @@ def compiled(loop, *helpers):
     for function in helpers:
         register_jitable(function)
     try:
-        return njit(cache=True, error_model="numpy")(loop)
+        made = njit(cache=True, error_model="numpy")(loop)
     except RuntimeError:  # neither here nor in the home folder
-        return njit(error_model="numpy")(loop)
+        made = njit(error_model="numpy")(loop)
+    if made is loop:  # Numba is told to compile nothing
+        return loop
+    kept = made.stats.cache_path
+    if kept is None or not any(Path(kept).glob(f"*.{loop.__qualname__}-*.nbi")):
+        logging.getLogger(__name__).info("compiling %s%s", loop.__name__, ", once" if kept else "")
+    return made

@@ -17,7 +17,7 @@ from mathpost.errors import InputError
 from mathpost.formula import compiled
 
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
-WORTH = 2**19  # bytes; a smaller text takes less time without machine code than loading that does
+WORTH = 15_000  # lines; a smaller text takes less time without machine code than loading that does
 ROWS = 4096  # lines that are written at once: what is made of them fits the processor's cache
 WIDEST = 24  # characters of a number that the loop writes, at most
 NEWLINE, RETURN, BLANK, POINT, MINUS, PLUS, ZERO, NINE = b"\n\r .-+09"
@@ -57,15 +57,16 @@ class Pattern:
         optional = np.array([item.optional for item in items])
         self.arrays = *_characters(self.literals), kinds, optional, blanks
 
-    def match(self, block):
+    def match(self, block, parts=1.0):
         """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
 
+        `parts` is how many such blocks the whole text has, for it to be known whether machine code is worth it.
         That is, shape (items, lines), what `float` makes of each number, 0 for an item without one, NaN where an
         optional item is missing; and, shape (lines,), whether the line is read: none with more than 18 digits.
         """
         lines = np.count_nonzero(np.frombuffer(block, np.uint8) == NEWLINE)
         values, plain = np.empty((len(self.literals), lines)), np.zeros(lines, bool)
-        _loops(len(block))[0](block, *self.arrays, values, plain)
+        _loops(lines * parts)[0](block, *self.arrays, values, plain)
         return values, plain
 
 
@@ -85,14 +86,14 @@ class Reader:
         start, end = 0, "\n" if isinstance(content, str) else b"\n"
         while start < len(content):
             stop = content.find(end, start + BLOCK) + 1 or len(content)
-            self._take_block(content[start:stop])
+            self._take_block(content[start:stop], len(content) / (stop - start))
             start = stop
 
-    def _take_block(self, block):
+    def _take_block(self, block, parts):
         if isinstance(block, str):
             block = block.encode("utf-8", "surrogatepass")
         block += b"" if block.endswith(b"\n") else b"\n"
-        values, plain = self.pattern.match(block)
+        values, plain = self.pattern.match(block, parts)
         plain &= self.fits(values)
         ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE)
         changes = np.flatnonzero(plain[1:] != plain[:-1]) + 1
@@ -119,7 +120,7 @@ class Column:
 def lines(columns, first, stop):
     """Yield the text of the lines from `first` to `stop`, many at a time; a `Column` ends them."""
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
-    write = _loops((stop - first) * widest)[1]
+    write = _loops(stop - first)[1]
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
     plus = np.array([ord(column.plus or "\0") for column in columns])
     literals = _characters(column.literal for column in columns)
@@ -151,9 +152,9 @@ def _characters(texts):
     return rows.reshape(len(texts), width), np.array([len(text) for text in texts])
 
 
-def _loops(size):
-    """The loops `_match` and `_write`: machine code if a text of that many bytes is worth it, or it is there."""
-    return _compiled() if size >= WORTH or _compiled.cache_info().currsize else (_match, _write)
+def _loops(lines):
+    """The loops `_match` and `_write`: machine code if a text of that many lines is worth it, or it is there."""
+    return _compiled() if lines >= WORTH or _compiled.cache_info().currsize else (_match, _write)
 
 
 @cache

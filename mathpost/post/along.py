@@ -19,7 +19,7 @@ from mathpost.path.cl import CLData
 from mathpost.post import proof
 
 WINDOW = 200  # records that may lie between the places of two blocks
-MANY = 5000  # blocks; with more of them it pays to load Numba
+MANY = 15_000  # blocks; with more of them it pays to load Numba
 SAMPLES = 33  # of a move that spans records
 SAME_PLACE = 1e-6  # of a record
 

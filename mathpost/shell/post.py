@@ -1,6 +1,8 @@
 """CL data to a verified NC program."""
 
 import argparse
+import ctypes
+import logging
 import math
 import sys
 from collections.abc import Callable
@@ -45,11 +47,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the program, and the report to standard error."""
-    progress = (lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None
+    keep_freed_memory()
+    progress = None
+    if sys.stderr.isatty():
+        stages = logging.getLogger("mathpost")
+        stages.setLevel(logging.INFO)
+        said = logging.StreamHandler()
+        said.setFormatter(logging.Formatter("%(message)s …"))
+        stages.addHandler(said)
+        progress = stages.info
     result = made(options, *read(options), progress)
     write(options.output, result.program, inputs=filter(None, (options.cl, options.machine, options.errors)))
     print(result.report, file=sys.stderr)
     return 0
+
+
+def keep_freed_memory() -> None:
+    """Let the C library keep what arrays of a long path have freed: to be given each page anew takes a tenth."""
+    if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
+        most = 2**31 - 1
+        library.mallopt(ctypes.c_int(-3), ctypes.c_int(most))  # M_MMAP_THRESHOLD
+        library.mallopt(ctypes.c_int(-1), ctypes.c_int(most))  # M_TRIM_THRESHOLD
 
 
 def read(options: argparse.Namespace) -> tuple[CLData, Machine]:

@@ -1,7 +1,9 @@
 """Numbers in and out of text in bulk: the same as `float` and ``%`` one by one, to the last bit and character."""
 
+import logging
 import re
 import sys
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -169,3 +171,19 @@ def test_only_large_texts_load_the_compiler():
     small = "from mathpost.path import cl, text; cl.read('data/cl/blade.cl')"
     large = f"{small}; text.Pattern([text.Item('X')]).match(b'X\\n' * text.WORTH)"
     assert not loaded_after(small) & {"numba"} and loaded_after(large) >= {"numba"}
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_what_is_compiled_is_said_unless_it_was_kept(monkeypatch, caplog, tmp_path, kept):
+    numba = pytest.importorskip("numba")
+
+    def loop():
+        """Nothing."""
+
+    made = SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))
+    monkeypatch.setattr(numba, "njit", lambda **options: lambda loop: made)
+    if kept:
+        (tmp_path / f"test_text.{loop.__qualname__}-1.py311.nbi").touch()
+    with caplog.at_level(logging.INFO, "mathpost"):
+        assert compiled.__wrapped__(loop) is made
+    assert caplog.messages == ([] if kept else ["compiling loop, once"])
