@@ -214,3 +214,90 @@ def test_what_is_not_judged_is_said_in_one_of_two_sentences(tmp_path):
         report = check_file(tmp_path / "sheet.xlsx")
         assert report.status == 2 and said in str(report)
         assert report.beside == said.startswith("results right")
+
+
+TEXTS = {
+    "Euler ZXZ: alpha = 35°, beta = {}°, gamma = -20°, three points": 50,
+    "ZXZ欧拉角:α=35°,β={}°,γ=-20°,点P(1, 2, 3)": 50,
+    "Eulerwinkel ZXZ, alpha: 35, beta: {}, gamma: −20 Grad; Aufgabe 3 von 7": 50,
+    "Euler ZXZ; alpha = 35, then alpha = 36, beta = {}, gamma = -20": None,  # who knows which
+    "Euler ZXZ; alpha = 10, beta = {}, gamma = -21": None,  # another example
+}
+
+
+@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("number", [5, -50, 50])
+def test_an_angle_that_a_text_gives_by_name_with_another_number(text, number, tmp_path):
+    """The text is what was asked for, where two angles are as it says and one is not."""
+    report = _check(tmp_path, _table() | {"A1": text.format(number)})
+    is_wrong = TEXTS[text] is not None and number != 50
+    assert (report.verdict == "wrong") == is_wrong, report
+    assert not is_wrong or report.faults[0].cell == "Sheet!B3"
+
+
+def _plane_words(given, made):
+    """A plane's angles by one control's words in A2 to C2, F in E2:G4, and by another's in I2 to K2, by hand."""
+    cells = {"A1": "Same plane, two controls"} | {f"{c}1": word for c, word in zip("IJK", made, strict=True)}
+    cells |= {"A1": given[0], "B1": given[1], "C1": given[2], "A2": 25, "B2": -40, "C2": 110}
+    ca, cb, cc, sa, sb, sc = (f"{f}(RADIANS(${c}$2))" for f in ("COS", "SIN") for c in "ABC")
+    spatial = (
+        (f"{cc}*{cb}", f"{cc}*{sb}*{sa}-{sc}*{ca}", f"{cc}*{sb}*{ca}+{sc}*{sa}"),
+        (f"{sc}*{cb}", f"{sc}*{sb}*{sa}+{cc}*{ca}", f"{sc}*{sb}*{ca}-{cc}*{sa}"),
+        (f"-{sb}", f"{cb}*{sa}", f"{cb}*{ca}"),
+    )
+    euler = (
+        (f"{ca}*{cc}-{sa}*{cb}*{sc}", f"-{ca}*{sc}-{sa}*{cb}*{cc}", f"{sa}*{sb}"),
+        (f"{sa}*{cc}+{ca}*{cb}*{sc}", f"-{sa}*{sc}+{ca}*{cb}*{cc}", f"-{ca}*{sb}"),
+        (f"{sb}*{sc}", f"{sb}*{cc}", cb),
+    )
+    matrix = spatial if given[0] == "SPA" else euler
+    cells |= {
+        f"{c}{n}": f"={entry}" for n, row in enumerate(matrix, 2) for c, entry in zip("EFG", row, strict=True)
+    }
+    back = {
+        "SPA": ("ATAN2(G4,F4)", "ATAN2(SQRT(E2^2+E3^2),-E4)", "ATAN2(E2,E3)"),
+        "I": ("ATAN2(-G3,G2)", "ATAN2(G4,SQRT(G2^2+G3^2))", "ATAN2(F4,E4)"),
+    }
+    formulas = back["SPA" if made[0] == "SPA" else "I"]
+    return cells | {f"{c}2": f"=DEGREES({formula})" for c, formula in zip("IJK", formulas, strict=True)}
+
+
+SPATIAL, FANUC, EULER = ("SPA", "SPB", "SPC"), ("I", "J", "K"), ("EULPR", "EULNU", "EULROT")
+
+
+@pytest.mark.parametrize(
+    ("given", "made"), [(SPATIAL, FANUC), (FANUC, SPATIAL), (EULER, SPATIAL), (SPATIAL, EULER)]
+)
+def test_angles_under_the_words_of_a_plane_are_converted(given, made, tmp_path):
+    cells = _plane_words(given, made)
+    assert _check(tmp_path, cells).verdict == "right"
+    for cell, old, new in (("J2", "ATAN2(", "-ATAN2("), ("F4", "SIN", "COS"), ("K2", "ATAN2(", "-ATAN2(")):
+        report = _check(tmp_path, cells | {cell: cells[cell].replace(old, new, 1)})
+        assert (report.verdict, report.faults[0].cell) == ("wrong", f"Sheet!{cell}"), (cell, report)
+
+
+def test_a_point_that_turns_about_a_centre_is_turned(tmp_path):
+    cells = _table() | {"A1": "Euler ZXZ, p' = c + R·(p − c)", "R6": "c", "S6": 4, "T6": -2, "U6": 9}
+    cells = {
+        address: cell for address, cell in cells.items() if address[0] not in "GHIKLMN" or address[1:] in "234"
+    }
+    for n in ROWS:
+        for c, column, k in (("D", "F", "S"), ("E", "G", "T"), ("F", "H", "U")):  # Rᵀ of the table's passive R
+            terms = (f"${column}${j}*({a}{n}-${o}$6)" for j, a, o in zip((2, 3, 4), "ABC", "STU", strict=True))
+            cells[f"{c}{n}"] = f"=${k}$6+" + "+".join(terms)
+    assert _check(tmp_path, cells).verdict == "right"
+    other = cells | {f"D{n}": cells[f"D{n}"].replace("$S$6+", "") for n in ROWS}
+    assert _check(tmp_path, other).verdict == "wrong"
+
+
+def test_a_difference_of_lengths_that_is_none_is_not_right(tmp_path):
+    cells = _moved("WXY") | {"AA7": "distance of p from p0", "AB7": "length of p'", "AC7": "difference"}
+    for n in ROWS:
+        cells |= {
+            f"AA{n}": f"=SQRT(SUMSQ(W{n}:Y{n}))",
+            f"AB{n}": f"=SQRT(SUMSQ(D{n}:F{n}))",
+            f"AC{n}": f"=AA{n}-AB{n}",
+        }
+    assert _check(tmp_path, cells).verdict == "right"
+    other = cells | {f"AA{n}": f"=SQRT(SUMSQ(A{n}:C{n}))" for n in ROWS}
+    assert _check(tmp_path, other).verdict != "right"

@@ -9,7 +9,7 @@ import numpy as np
 from mathpost import euler
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
 from mathpost.workbook.meaning.given import runs
-from mathpost.workbook.meaning.plane_angles import computed_angles
+from mathpost.workbook.meaning.plane_angles import PLANE_WORDS, computed_angles
 from mathpost.workbook.meaning.texts import FIXED, SEQUENCE, TURNS
 from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.formula import parts_of
@@ -66,7 +66,7 @@ def find_quaternions(found):
 def find_conversions(found):
     """Yield the `Conversion`s of a `Recognised` workbook: angles in line by inverse functions, of three others."""
     graph, used, taken = found.graph, {c.angles for c in found.calculations}, set()
-    sequence, into = _sequences(found)
+    by_text = _sequences(found)
     ends = computed_angles(graph, graph.messages)
     for place in found.sorted(ends):
         for down, right in ((0, 1), (1, 0), (0, 2)):
@@ -75,6 +75,8 @@ def find_conversions(found):
             if not ends.issuperset(line) or taken.intersection(line) or of[0].isdisjoint(of[1]):
                 continue
             angles = found.three(found.sorted(set().union(*of)))
+            named = [words_of(found, each) for each in (angles, line) if each]
+            sequence, into = named if all(named) and angles else by_text
             if angles is None or (found.by_name(angles, sequence) in used and into == sequence):
                 continue
             taken.update(line)
@@ -86,6 +88,12 @@ def find_conversions(found):
             said = f"{sequence} angles converted into {into}"
             angles, line = found.by_name(angles, sequence), found.by_name(line, into)
             yield Conversion(line, angles, said=said, sequence=sequence, into=into, unit=unit)
+
+
+def words_of(found, line):
+    """The sequence of three angles whose labels are the words of a tilted plane, as SPA SPB SPC; None without."""
+    said = sorted(re.sub(r"[^a-z].*", "", found.label(p).lower()) for p in line)
+    return next((sequence for words, sequence in PLANE_WORDS.items() if sorted(words) == said), None)
 
 
 def _sequences(found):

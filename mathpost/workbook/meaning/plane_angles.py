@@ -24,7 +24,8 @@ CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
 SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
 EULER = r"G68\.2|EULER|EULPR|欧拉|ZXZ"
 NORMAL = r"^z|normal|法"
-NAMED = (("i", "j", "k"), ("a", "b", "c"), ("eulpr", "eulnu", "eulrot"), ("spa", "spb", "spc"))
+PLANE_WORDS = {("i", "j", "k"): "ZXZ", ("eulpr", "eulnu", "eulrot"): "ZXZ", ("spa", "spb", "spc"): "xyz"}
+NAMED = (*PLANE_WORDS, ("a", "b", "c"))
 
 
 @dataclass(eq=False)

@@ -72,7 +72,9 @@ class Recognised(Vectors):
             self.problems.append("no cell goes into a sine or cosine as an angle")
         self.calculations = [*self.planes, *self.calculations]
         if task.machine is None and not (task.cells or self.planes):
-            self.calculations += find_conversions(self)
+            conversions = [*find_conversions(self)]
+            made = [{*c.angles} for c in conversions if c.sequence != c.into]  # what turns by these is on the way
+            self.calculations = [c for c in self.calculations if c.point or {*c.angles} not in made] + conversions
             if re.search(QUATERNION, self.text, re.I):
                 for calculation in find_quaternions(self):
                     self._tell(calculation, self.calculations)

@@ -41,6 +41,7 @@ SAID_ACTIVE = rf"(?:{SAID_ACTIVE}|points? (?:are |is )?moved)"
 ACTIVE = SAID_ACTIVE + OF_MATRICES
 # T·R·p and p₀ + R·p, which take a point from its frame to another one.
 ACTIVE += r"|\bT(?:rans(?:\([^)]*\))?)?\W?[*·×]\s*R|\b(?:o|t|p_?0|origin|nullpunkt|ursprung)\s*\+\s*\(?R"
+ACTIVE += r"|(?P<c>\b\w+)\s*\+\s*R[\s·*×]*\(\w+ *[-–−] *(?P=c)\)"  # a point that turns about a centre
 PASSIVE = rf"(?:pass?iv|被动){OF_MATRICES}|in(?:to)? the (?:turned|rotated|new) frame"
 PASSIVE += r"|im (?:gedrehten|neuen) \w*system|dans le repère (?:tourné|mobile)"
 SPANISH = r"el|en|los|las|con|del|por|para|una|sistema|il|gli|della|nel|em|com|não"  # and Italian, Portuguese

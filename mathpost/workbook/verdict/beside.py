@@ -296,6 +296,8 @@ class Beside:
         alike = len({*map(graph.form, used)} - {None}) == 1 and all(map(graph.form, used))
         of_one = tree[0] == "^" and tree[1][0] == "area" and tree[2] == ("number", 2.0)
         of_two = tree[0] == "-" and tree[1][0] == tree[2][0] == "area" and len(used) == 2
+        if of_two and all(self.known.is_length(self.judge.now(p)) for p in used):
+            return same(self.judge.now(place), np.zeros(SAMPLES))  # as of a length that is kept
         of_many = tree[0] in STATISTICS - {"SUMSQ"} and len(tree) == 2 and tree[1][0] == "area" and len(used) > 1
         if heads(tree) in ({"+", "area"}, {"*", "area"}) and alike:
             mates = [p for p in graph.component[used[0]] if graph.form(p) == graph.form(used[0])]

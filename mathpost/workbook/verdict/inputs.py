@@ -7,7 +7,7 @@ import numpy as np
 
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS
 from mathpost.workbook.meaning.given import runs
-from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS
+from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS, plain
 from mathpost.workbook.meaning.texts import ORIGIN
 from mathpost.workbook.sheet.graph import beside
 
@@ -16,6 +16,8 @@ GIVEN = rf"{NAMED}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_
 FEW = 6  # numbers that no formula uses
 LOOKED_UP = "LOOKUP|INDEX|OFFSET|CHOOSE"
 SEXAGESIMAL = r"\bmin|\bsec|\bsek|分|秒|[′″]|^ *['\"] *$"
+NAME = r"[α-ω]|(?<![A-Za-z])[A-Za-z]+\d?"
+NAMED_NUMBER = rf"({NAME}) *(?:\([^()]*\))? *[=:] *([-+−]? ?\d+(?:[.,]\d+)?)(?! *[*·/^\d])"
 UNIT_NAMES = {
     IN_RADIANS: 1.0,
     r"\bgon\b|neugrad": np.pi / 200,
@@ -31,6 +33,23 @@ def doubts_of_inputs(graph, found, units):
     questions = _unlike_the_text, _typed_twice, _not_converted, _not_used, _parts_not_used, _added_by_hand
     doubts = chain.from_iterable(question(graph, found) for question in questions)
     return [*doubts, *_in_another_unit(graph, found, units)]
+
+
+def angle_in_the_text(found, units):
+    """The three angles of a sheet in degrees, if a text gives each by name and one of them only is another."""
+    (angles, *others) = dict.fromkeys(c.angles for c in found.calculations) or [()]
+    said = {}
+    for name, number in re.findall(NAMED_NUMBER, plain(found.text)):
+        said.setdefault(name, set()).add(float(number.replace(",", ".").replace("−", "-").replace(" ", "")))
+    names = [{*re.findall(NAME, plain(found.label(p)))} & said.keys() for p in angles]
+    is_number = all(found.graph.own.get(p) is not None for p in angles)
+    if others or not is_number or [len(each) for each in names] != [1, 1, 1]:
+        return ()
+    numbers = [said[name] for (name,) in names]
+    own = [found.graph.own[p] * np.rad2deg(units.get(p, np.pi / 180)) for p in angles]
+    alike = [any(abs(a - number) < 1e-6 for number in each) for a, each in zip(own, numbers, strict=True)]
+    is_one = sum(alike) == 2 and all(len(each) == 1 for each in numbers)
+    return tuple(number for (number,) in numbers) if is_one else ()
 
 
 def _unlike_the_text(graph, found):

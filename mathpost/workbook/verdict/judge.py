@@ -17,6 +17,7 @@ from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.formula import areas
 from mathpost.workbook.sheet.graph import SAMPLES, Graph, same
+from mathpost.workbook.verdict.inputs import angle_in_the_text
 from mathpost.workbook.verdict.sampled import Sampled
 from mathpost.workbook.verdict.values import read_labels
 from mathpost.workbook.verdict.where import Where
@@ -163,14 +164,16 @@ class Judge(Sampled):
     def _compare_the_inputs(self, calculation):
         """The numbers that the task gives, looked for in the input cells."""
         for name, other in (("angles", "wrong angle"), ("point", "wrong point"), ("origin", "wrong point")):
-            asked = getattr(self.found.task, name) or ()
+            asked, by = getattr(self.found.task, name) or (), "the task"
+            if name == "angles" and not asked:
+                asked, by = angle_in_the_text(self.found, self.units), "a text"
             for place, wanted in zip(getattr(calculation, name), asked, strict=False):
                 unit, number = np.rad2deg(self.units.get(place, np.pi / 180)), self.graph.own[place]
                 half, number = 0.6 * 10.0 ** -min(written_decimals(number), 6) * unit + 1e-9, number * unit
                 if abs(number - wanted) > half:
                     cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
                     cause = "sign" if abs(number + wanted) <= half else cause
-                    text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
+                    text = f"{self.graph.short(place)} is {number:.6g}, {by} says {wanted:.6g}"
                     self.faults.append(self.fault(place, cause, text))
 
     def _other_reading(self, calculations, sequences):

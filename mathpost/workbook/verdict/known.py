@@ -188,6 +188,10 @@ class Known:
         ]  # or the long way
         return any(each[1:].max() < 1e-6 for each in found)
 
+    def is_length(self, value):
+        """Whether a value is the length of a vector."""
+        return bool(agree(value, self.norms).any())
+
     def is_known(self, place, tree=None):
         """Whether a formula, or another in its place, is a determinant, a length, an angle computed back."""
         if place not in self.graph.trees:

@@ -159,21 +159,17 @@ class Labelled:
         repairs = [("wrong value", tree, root, root)] * bool(re.search(DISTANCE, label, re.I))
         terms = [text_of(term) for part in parts_of(tree) if part[0] == "+" for term in part[1:] if term[0] != "+"]
         twice = tree[0] == "SQRT" and len({*terms}) < len(terms)  # one coordinate is taken twice
-        if not (repairs or twice) or self._is_length(judge.now(place)):
+        if not (repairs or twice) or self.known.is_length(judge.now(place)):
             return
         for cause, old, new, other in (*repairs, *(edits(graph, place) if is_length or twice else ())):
             made = judge.calculate(place, other)
             is_other = cause == "wrong reference" and not twice  # the length of another vector, which is known
-            if not is_other and np.abs(made[1:]).max() > CLOSE and self._is_length(made):
+            if not is_other and np.abs(made[1:]).max() > CLOSE and self.known.is_length(made):
                 judge.put({place: made})
                 yield judge.fault(place, cause, f"{graph.short(place)}: {said(place, old, new)}")
                 return
         if is_length:
             self.doubtful.add(place)
-
-    def _is_length(self, value):
-        off = np.abs(value - self.known.norms)[:, 1:] <= CLOSE * (1 + self.known.norms[:, 1:])
-        return bool(off.all(axis=1).any())
 
     # Copies of results, and angles computed back.
 
