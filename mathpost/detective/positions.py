@@ -47,11 +47,18 @@ def explain_tip(
 
 
 def explain_linear(
-    kinematics: Kinematics, tip: np.ndarray, angles: np.ndarray, answer: np.ndarray, *, decimals: int | None = None
+    kinematics: Kinematics,
+    tip: np.ndarray,
+    angles: np.ndarray,
+    answer: np.ndarray,
+    *,
+    decimals: int | None = None,
+    together: int = 2,
 ) -> Explanation:
     """Return what gives somebody's words X Y Z for a known tip, at known rotary words, the simplest first.
 
-    `tip` and `answer` have shape (3,) or (n, 3), mm, `angles` (k,) or (n, k), degrees.
+    `tip` and `answer` have shape (3,) or (n, 3), mm, `angles` (k,) or (n, k), degrees. Up to two causes are tried
+    `together`, or each alone.
 
     Examples
     --------
@@ -66,10 +73,10 @@ def explain_linear(
             "rotary words", f"shape {(*tips.shape[:-1], len(kinematics.symbols) - 3)}", f"{rotary.shape}"
         )
     given = np.concatenate([tips, rotary], axis=-1)
-    return _explained(kinematics, given, answer, "linear", decimals)
+    return _explained(kinematics, given, answer, "linear", decimals, together)
 
 
-def _explained(kinematics, given, answer, way, decimals):
+def _explained(kinematics, given, answer, way, decimals, together=2):
     width = len(kinematics.symbols)
     numbers, target = as_array(given, width, "joints"), np.asarray(answer, dtype=object)
     wanted = 6 if way == "pose" and target.shape[-1:] == (6,) else 3
@@ -78,7 +85,9 @@ def _explained(kinematics, given, answer, way, decimals):
         raise InputError("result", f"shape {(*numbers.shape[:-1], wanted)}", f"shape {target.shape}")
     decimals = reading.written_decimals(answer) if decimals is None else decimals
     halves = [reading.half_digit(column) for column in np.atleast_2d(np.asarray(given, dtype=object)).T]
-    case = _Case(kinematics.machine, np.atleast_2d(numbers), np.atleast_2d(target), way, decimals, np.array(halves))
+    case = _Case(
+        kinematics.machine, np.atleast_2d(numbers), np.atleast_2d(target), way, decimals, np.array(halves), together
+    )
     # Whole numbers are meant exactly if something gives them exactly, as right angles do.
     exact = replace(case, decimals=9).explain(target.shape) if decimals == 0 else None
     return exact if exact and exact.explained else case.explain(target.shape)
@@ -106,6 +115,7 @@ class _Case:
     way: str  # "pose" or "linear", a method of `Setup`
     decimals: int
     halves: np.ndarray  # half of the last digit of each given number
+    together: int  # how many causes are tried at once
 
     @property
     def tolerance(self):
@@ -125,7 +135,7 @@ class _Case:
     def explain(self, shape):
         right, found = Setup.right(self.machine), causes(self.machine)
         tried, matches = 1, [right] if self.fits(right) else []
-        for depth in (1, 2):
+        for depth in range(1, self.together + 1):
             if matches:
                 break
             setups = [misread(right, *several) for several in combinations(found, depth)]

@@ -18,6 +18,7 @@ from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.formula import areas
 from mathpost.workbook.sheet.graph import SAMPLES, Graph, same
 from mathpost.workbook.verdict.inputs import angle_in_the_text
+from mathpost.workbook.verdict.machine_causes import by_cause, or_else
 from mathpost.workbook.verdict.sampled import Sampled
 from mathpost.workbook.verdict.values import read_labels
 from mathpost.workbook.verdict.where import Where
@@ -65,7 +66,9 @@ class Judge(Sampled):
             row.preferred = int(np.argmax(sum(r.votes for r in rows if r.table == row.table)))
         words = [row for row in self.found.calculations if isinstance(row, Words)]
         tables = [list(table) for _, table in groupby(words, lambda row: row.table)]
-        self.found.problems += chain.from_iterable(point_named(t, self.now) for t in tables if t[0].point)
+        for table in (t for t in tables if t[0].point):
+            texts = [*point_named(table, self.now)]
+            self.found.problems += [text + or_else(table, self.graph.own) for text in texts]
         self._prepare(rows)
         for calculation in self.live[:]:
             self._drop_if_partial(calculation)
@@ -107,6 +110,8 @@ class Judge(Sampled):
             wrong = judge_numbers(table, self.graph.own) if table[0].typed else ()
             for place, cause, message in (*wrong, *on_the_wrong_branch(alone, self.graph.own)):
                 self.faults.append(self.fault(place, cause, f"{self.graph.short(place)}: {message}"))
+        for table in tables:
+            self.faults = by_cause(self.faults, table, self.graph.own)
         errors = {p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])}
         errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in self.faults)])
         for place in (p for p in self.found.sorted(errors) if self.graph.upstream([p]) & errors == {p}):

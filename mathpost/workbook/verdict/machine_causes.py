@@ -1,0 +1,58 @@
+"""What somebody did to the words of a machine that are wrong: the causes that `mathpost explain` knows, by name."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from mathpost.detective.positions import explain_linear
+from mathpost.detective.rotary_axes import explain_joints
+
+TOLD = 2  # decimals of a mm that tell a cause: the words may be made of rounded tool axes
+WORDS = 11  # tip, axis and five words
+ROWS = 40  # as many say what all do
+VAGUE = r"no single change|is not what belongs there| off$|demands"  # what says nothing of the cause
+NAMES = {"transpose": "transposed"}  # of kinds that are called otherwise here
+
+
+def or_else(table, values):
+    """What else may have been done to X Y Z that seem to name another point, in words; empty if nothing known."""
+    found = _explained(table, values, -5)
+    return f", or {found.sentence}" if found else ""
+
+
+def by_cause(faults, table, values):
+    """The faults of a sheet, those of most rows of a table by the cause that explains them all, if there is one.
+
+    `values` is what stands in the cells.
+    """
+    for first, last in ((-2, None), (-5, -2)):  # rotary words, X Y Z
+        places = [p for row in table for p in row.results[first:last]]
+        vague = [fault for fault in faults if fault.place in places and re.search(VAGUE, fault.message)]
+        if table[0].further or 2 * len(vague) <= len(table):
+            continue
+        if found := _explained(table, values, first):
+            for fault in vague:
+                cause = NAMES.get(found.kinds[0], found.kinds[0])
+                text = f"{fault.cell.rpartition('!')[2]}: {found.sentence}"
+                faults[faults.index(fault)] = replace(fault, cause=cause, message=text)
+    return faults
+
+
+def _explained(table, values, first):
+    """The single misreading that gives the rotary words (`first` -2) or X Y Z of a table, or None."""
+    rows = table[:: -(-len(table) // ROWS)]
+    numbers = [[values.get(p) for p in (*row.point, *row.axis, *row.results)] for row in rows]
+    numbers = np.array(numbers, dtype=float)
+    if numbers.shape[1] != WORDS or not np.isfinite(numbers).all():
+        return None
+    kinematics = rows[0].kinematics
+    tip, axis, linear, own = np.split(numbers, (3, 6, 9), axis=1)
+    own = own * rows[0].units
+    if first == -2:
+        found = [explain_joints(kinematics, axis, own)]
+    else:  # they may follow from the rotary words, or from those that are demanded
+        demanded = np.array([np.rad2deg(row.radians[0]) for row in rows])
+        found = [explain_linear(kinematics, tip, a, linear, decimals=TOLD, together=1) for a in (demanded, own)]
+    single = [each.misreadings[0] for each in found if each.explained and len(each.misreadings[0].kinds) == 1]
+    return None if any(each.right for each in found) else next(iter(single), None)
