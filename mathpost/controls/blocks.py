@@ -9,6 +9,18 @@ FEED = " F"  # what stands before a feed
 
 
 @dataclass(frozen=True)
+class Turn:
+    """What a block does that is an arc or a helix: how it comes to its end."""
+
+    plane: str  # "XY", "ZX" or "YZ"
+    clockwise: bool
+    centre: np.ndarray  # shape (3,), mm, in the coordinates of the words
+    offset: np.ndarray  # shape (3,), mm, of the centre from the start
+    sweep: float  # degrees, positive counterclockwise
+    helix: bool  # whether it rises
+
+
+@dataclass(frozen=True)
 class Blocks:
     """The moves of a program."""
 
@@ -19,6 +31,7 @@ class Blocks:
     # Shape (n,) or one for all: whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI), not joints.
     tcp: np.ndarray = field(default_factory=lambda: np.array(False))
     remarks: tuple = ()  # (number of the block that follows, a comment or a `path.modal.Command`)
+    turns: tuple[tuple[int, Turn], ...] = ()  # (number of a block that is an arc, and what it is)
 
     def __post_init__(self):
         if np.ndim(self.tcp) == 0:
@@ -30,7 +43,7 @@ class Blocks:
         return self.words, self.feeds, self.seconds, self.rapid, self.tcp
 
     def __getitem__(self, rows):
-        """The moves of a slice, without remarks."""
+        """The moves of a slice, without remarks and turns."""
         return Blocks(*(column[rows] for column in self.columns))
 
     @property
@@ -64,9 +77,10 @@ def joined(parts):
     """Return `Blocks` one after the other as one."""
     if len(parts) == 1:
         return parts[0]
-    remarks, first = [], 0
+    remarks, turns, first = [], [], 0
     for part in parts:
         remarks += [(first + row, remark) for row, remark in part.remarks]
+        turns += [(first + row, turn) for row, turn in part.turns]
         first += len(part.words)
     columns = (np.concatenate(column) for column in zip(*(part.columns for part in parts), strict=True))
-    return Blocks(*columns, tuple(remarks))
+    return Blocks(*columns, tuple(remarks), tuple(turns))

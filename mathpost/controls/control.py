@@ -13,10 +13,12 @@ from pathlib import Path
 
 from mathpost.controls.coordinates import POSITIONING
 from mathpost.controls.meanings import MEANINGS
+from mathpost.controls.phrases import Arcs, Cycles, Tilted, arcs_of, cycles_of, tilted_of
 from mathpost.errors import NUMBER, InputError
 from mathpost.files import data_file, read_text
 from mathpost.machine import Machine
 from mathpost.path.modal import AUXILIARY
+from mathpost.plane.tilted_plane import NOTATIONS
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
 
 COMMANDS = (
@@ -77,6 +79,9 @@ class Control:
     read: dict[str, str]  # word to meaning, see `mathpost.controls.meanings`
     continued: str  # at the end of a line that goes on in the next, or nothing
     positioning: str  # which position the rotary axes take for a plane, one of `POSITIONING`, or nothing
+    arcs: Arcs | None  # words for arcs,
+    cycles: Cycles | None  # for drilling cycles
+    tilted: Tilted | None  # and for tilted planes
 
     @property
     def modal(self) -> bool:
@@ -297,6 +302,9 @@ def from_dict(content: dict, where: str = "control") -> Control:
         read={word: read.take(word, *one_of(*MEANINGS)) for word in list(read.content)},
         continued=blocks.take("continued", *WORD, ""),
         positioning=motion.take("positioning", *one_of(*POSITIONING), ""),
+        arcs=arcs_of(file),
+        cycles=cycles_of(file),
+        tilted=tilted_of(file, tuple(NOTATIONS)),
     )
     for table in (file, program, blocks, motion, commands, read, replaced):
         table.done()

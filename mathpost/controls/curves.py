@@ -5,7 +5,7 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.path import arcs
 
-CHORD = 0.001  # mm, between an arc and the points that are made of it
+CHORD = 0.0001  # mm, between an arc and the points that are made of it
 PLANES = {
     "plane XY": (0, 1, 2),
     "plane ZX": (2, 0, 1),
@@ -40,6 +40,23 @@ def arc(start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, cloc
     axis = np.zeros(3)
     axis[PLANES[plane][2]] = -1.0 if clockwise else 1.0
     return arcs.arc(start, end, centre, axis, CHORD, turns)
+
+
+def swept(start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, degrees: float):
+    """Return where an arc by its angle ends, with the height of `end`, and how many full turns it makes before.
+
+    Examples
+    --------
+    >>> end, turns = swept(np.array([10.0, 0, 0]), np.array([10.0, 0, -2]), np.zeros(3), "plane XY", -450)
+    >>> end.round(6) + 0.0, turns
+    (array([  0., -10.,  -2.]), 1)
+    """
+    first, second, _ = PLANES[plane]
+    angle, (u, v) = np.deg2rad(degrees), (start - centre)[[first, second]]
+    found = np.array(end)
+    found[first] = centre[first] + u * np.cos(angle) - v * np.sin(angle)
+    found[second] = centre[second] + u * np.sin(angle) + v * np.cos(angle)
+    return found, max(int(np.ceil(abs(degrees) / 360 - 1e-9)) - 1, 0)
 
 
 def hole(

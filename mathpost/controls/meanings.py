@@ -155,7 +155,9 @@ NUMBERS = {
     *(f"{word} {letter}" for word in ("centre", "tool axis") for letter in "XYZ"),
     *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract")),
     "radius",
-    "turns",
+    "turns",  # of an arc, the one that is begun included
+    "full turns",  # before it
+    "sweep",  # degrees
 }
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.

@@ -273,7 +273,7 @@ class _Lines(bulk.Reader):
             angles = self.at.angles_along([vector.get(f"tool axis {letter}", 0.0) for letter in "XYZ"])
             named = zip(self.names[3:], angles, strict=True)
             line.axes |= {name: (angle, "absolute") for name, angle in named}
-        if not line.axes and not (arc and centred):
+        if not line.axes and not (arc and (centred or "sweep" in line.values)):
             return
         if line.in_machine:
             named = {self.names.index(name): value for name, (value, _) in line.axes.items()}
@@ -322,7 +322,10 @@ class _Lines(bulk.Reader):
             centre = self.centre
         else:
             raise self.error("a centre or a radius of the arc", "neither")
-        points = curves.arc(start[:3], end[:3], centre, self.plane, clockwise, int(values.get("turns", 1)) - 1)
+        turns = int(values.get("turns", 1)) - 1 + int(values.get("full turns", 0))
+        if "sweep" in values:
+            end[:3], turns = curves.swept(start[:3], end[:3], centre, self.plane, values["sweep"])
+        points = curves.arc(start[:3], end[:3], centre, self.plane, clockwise, turns)
         t = np.arange(1, len(points) + 1)[:, None] / len(points)
         self.put(np.c_[points, start[3:] + t * (end[3:] - start[3:])], line, np.zeros(len(points), bool))
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from mathpost.controls.blocks import FEED, Blocks, axis_word, printed
 from mathpost.controls.control import Control, control_for
+from mathpost.controls.phrases import PLANES
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
 from mathpost.path.text import Column
@@ -70,6 +71,9 @@ def _between(control, machine, blocks):
     wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
     switched = np.flatnonzero(np.diff(wanted)) + 1
     between, changes, switches = {row: [] for row in (0, *switched.tolist(), rows)}, [0, *switched.tolist()], {}
+    around = _around(control, machine.joint_names, blocks)
+    for row in around:
+        between.setdefault(row, [])
     for row, remark in blocks.remarks:
         between.setdefault(min(row, rows), []).append(remark)
     for row in sorted(between):
@@ -106,8 +110,31 @@ def _between(control, machine, blocks):
         if wanted[row] != tcp:
             tcp = bool(wanted[row])
             lines += control.lines("TCP on", offset) if tcp else control.lines("TCP off")
-        between[row] = lines
+        restored, pole = around.get(row, ([], []))
+        between[row] = [*restored, *lines, *pole]
     return between, [row for row in changes if row < rows], switches
+
+
+def _around(control, axes, blocks):
+    """Lines before the moves from arcs: that select the plane XY again, and that state a centre; by row, a pair."""
+    lines, turns = {}, dict(blocks.turns)
+    for row, turn in blocks.turns:
+        if control.arcs.pole:
+            first, second, _ = _of_plane(turn.plane)
+            words = [_position(control, axes[axis], turn.centre[axis]) for axis in sorted((first, second))]
+            lines[row] = [], [f"{control.arcs.pole}{''.join(words)}"]
+        elif turn.plane != PLANES[0] and row + 1 not in turns:
+            lines[row + 1] = [control.arcs.planes[PLANES[0]]], []
+    return lines
+
+
+def _of_plane(name):
+    """The two axes of a plane, and the one square to it."""
+    return [(0, 1, 2), (2, 0, 1), (1, 2, 0)][PLANES.index(name)]
+
+
+def _position(control, name, value):
+    return f"{axis_word(name)}{value:{control.plus}z.{control.decimals}f}"
 
 
 def _without_indent(texts):
@@ -117,7 +144,7 @@ def _without_indent(texts):
 
 def _turn(control, angles):
     """The line of a rapid move of the rotary axes alone; `angles` by name, degrees."""
-    words = [f"{axis_word(name)}{value:{control.plus}z.{control.decimals}f}" for name, value in angles.items()]
+    words = [_position(control, name, value) for name, value in angles.items()]
     turned = f"{control.begin}{''.join(words)}"
     return f"{control.rapid}{turned}" if control.modal else f"{turned} {control.rapid}"
 
@@ -126,13 +153,20 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
     start = [] if control.number is None else [Column(control.number, control.numbers(numbers))]
+    straight = np.ones(len(rows), bool)
+    straight[[row for row, _ in blocks.turns]] = False
     if control.begin:
-        start.append(Column(f" {control.begin}"))
+        start.append(Column(f" {control.begin}", shown=straight))
+    before, centres, behind_arcs = _turned(control, blocks)
     positions = []
-    for axis, column in zip(axes, blocks.words.T, strict=True):
+    for number, (axis, column) in enumerate(zip(axes, blocks.words.T, strict=True)):
         shown = _changes(values := printed(np.array(column), control.decimals))
         shown[changes] = True  # nobody knows where the machine went for its tool
+        for row, turn in blocks.turns:
+            if number in _of_plane(turn.plane)[:2]:
+                shown[row] = not (turn.helix and control.arcs.helix)
         positions.append(Column(axis_word(axis), values, control.decimals, control.plus, shown))
+    positions = [*positions, *centres]
     switched = [Column(f" {word}", shown=rows == row) for row, word in switches.items()]
     moved = [*switched, *positions] if control.compensation == "before" else [*positions, *switched]
     # A control that switches between times and feeds has forgotten the feed.
@@ -145,21 +179,64 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
     decimals = control.feed_decimals
     parts = Column(FEED, _down(blocks.feeds, decimals), decimals, shown=stated & ~whole)
-    modes = _modes(control, blocks.rapid, timed, changes)
+    modes = _modes(control, blocks.rapid, timed, changes, straight)
     behind = _rapid_and_times(control, blocks, timed)
-    return [*start, *modes, *moved, *behind, feeds, parts, Column("\n")]
+    return [*start, *modes, *before, *moved, *behind_arcs, *behind, feeds, parts, Column("\n")]
 
 
-def _modes(control, rapid, timed, changes):
+def _turned(control, blocks):
+    """What blocks hold that are arcs, as `Column`s: before the positions, the centre, and behind them."""
+    if not blocks.turns:
+        return [], [], []
+    arcs, count, rows = control.arcs, len(blocks.words), [row for row, _ in blocks.turns]
+    turns = [turn for _, turn in blocks.turns]
+
+    def where(holds):
+        shown = np.zeros(count, bool)
+        shown[[row for row, turn in blocks.turns if holds(turn)]] = True
+        return shown
+
+    def number(word, values, shown):
+        column = np.zeros(count)
+        column[rows] = values
+        return Column(f" {word}", printed(column, control.decimals), control.decimals, control.plus, shown)
+
+    polar = where(lambda turn: turn.helix and bool(arcs.helix))
+    before, centres = [], []
+    plane, switched = PLANES[0], {name: [] for name in arcs.planes}
+    for last, (row, turn) in zip([-1, *rows], blocks.turns, strict=False):
+        plane = plane if last == row - 1 else PLANES[0]  # where `_around` has selected it again
+        if turn.plane != plane:
+            plane = turn.plane
+            switched[plane].append(row)
+    for name, at in switched.items():
+        if at and arcs.planes[name]:
+            before.append(Column(f" {arcs.planes[name]}", shown=np.isin(np.arange(count), at)))
+    if arcs.begin:
+        before.append(Column(f" {arcs.begin}", shown=where(lambda turn: True) & ~polar))
+    if polar.any():
+        sweep = number(arcs.helix[1], [turn.sweep for turn in turns], polar)
+        before += [Column(f" {arcs.helix[0]}", shown=polar), sweep]
+    senses = [
+        Column(f" {arcs.clockwise}", shown=where(lambda turn: turn.clockwise)),
+        Column(f" {arcs.counterclockwise}", shown=where(lambda turn: not turn.clockwise)),
+    ]
+    for axis, word in enumerate(arcs.centre):
+        shown = where(lambda turn, axis=axis: axis in _of_plane(turn.plane)[:2])
+        centres.append(number(word, [turn.offset[axis] for turn in turns], shown))
+    return ([*before], centres, senses) if arcs.begin else ([*before, *senses], centres, [])
+
+
+def _modes(control, rapid, timed, changes, straight):
     """The modal words as `Column`s, each where it begins to hold and behind a change of the tool.
 
     F in mm/min holds from the head on.
     """
     words = []
     if control.modal:
-        changed = _changes(rapid)
+        changed = _changes(rapid + 2 * ~straight)
         changed[changes] = True
-        words += [(control.linear, changed & ~rapid), (control.rapid, changed & rapid)]
+        words += [(control.linear, changed & ~rapid & straight), (control.rapid, changed & rapid)]
     if control.inverse_time:
         begins, cutting = np.zeros(len(rapid), bool), np.flatnonzero(~rapid)
         begins[cutting] = _changes(np.r_[False, timed[cutting]])[1:]

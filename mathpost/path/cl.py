@@ -16,6 +16,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.files import read_bytes
 from mathpost.path.cl_lines import LARGEST
 from mathpost.path.cl_words import Statements
+from mathpost.path.pieces import Arc, Hole
 from mathpost.rotation import unit
 
 ARC_TOLERANCE = 0.001  # mm
@@ -42,6 +43,7 @@ class CLData:
     notes: tuple = ()  # what was made of the file that its reader should know: for the report
     coordinates: str = ""  # in whose coordinates its GOTO were read, see `mathpost.path.coordinates`
     normals: np.ndarray | None = None  # shape (n, 3), unit vectors out of the part that is touched, or NaN
+    pieces: tuple[Arc | Hole, ...] = ()  # what runs of records are, in their order
 
     def __len__(self):
         return len(self.points)
@@ -56,7 +58,8 @@ class CLData:
         end = stop if stop < len(self) else stop + 1  # the last part has what follows it, too
         remarks = tuple((record - start, text) for record, text in self.remarks if start <= record < end)
         arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
-        return replace(self, **arrays, remarks=remarks, first=self.first + start)
+        pieces = tuple(piece.moved(-start) for piece in self.pieces if start <= piece.first and piece.last < stop)
+        return replace(self, **arrays, remarks=remarks, pieces=pieces, first=self.first + start)
 
     def by_tool(self):
         """Return the parts of the path between changes of the tool, each with the tool's length or None."""
@@ -149,10 +152,11 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
     statements = Statements(name, tolerance, ignored)
     statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
     remarks = sorted(statements.remarks, key=itemgetter(0))
-    records, remarks = _turned_over(statements.records(), remarks, statements.counts)
+    records, remarks, over = _turned_over(statements.records(), remarks, statements.counts)
     notes = [f"{what}: {count}" for what, count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
-    made = replace(made, coordinates=statements.coordinates.rule)
+    pieces = tuple(piece.moved(int((over <= piece.first).sum())) for piece in statements.pieces)
+    made = replace(made, coordinates=statements.coordinates.rule, pieces=pieces)
     if not statements.normals:
         return made
     lines, stated = zip(*statements.normals.items(), strict=True)
@@ -162,14 +166,14 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
 
 
 def _turned_over(records, remarks, counts):
-    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°."""
+    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°; and which."""
     points, axes, feeds, rapid, lines = records
     changes = [record for record, _ in commands(remarks, "tool")]
     over = 1 + np.flatnonzero(rapid[1:])
     over = over[np.linalg.norm(axes[:, over] + axes[:, over - 1], axis=0) < OPPOSITE]
     over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere
     if not over.size:
-        return records, remarks
+        return records, remarks, over
     counts["rapid moves that turn the tool by 180°, with a record half way"] += len(over)
     before = axes[:, over]
     up = np.where(np.abs(before[2]) < 0.9, [[0], [0], [1]], [[1], [0], [0]])  # or X, where the tool points up
@@ -177,7 +181,8 @@ def _turned_over(records, remarks, counts):
     half = (points[:, over - 1] + points[:, over]) / 2
     remarks = [(record + int((over < record).sum()), remark) for record, remark in remarks]
     poses = np.insert(points, over, half, axis=1), np.insert(axes, over, across, axis=1)
-    return (*poses, *(np.insert(column, over, column[over]) for column in (feeds, rapid, lines))), remarks
+    columns = (np.insert(column, over, column[over]) for column in (feeds, rapid, lines))
+    return (*poses, *columns), remarks, over
 
 
 def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):

@@ -8,6 +8,7 @@ from mathpost.path.arcs import Cycle
 from mathpost.path.cl_lines import REAL, need
 from mathpost.path.moves import Moves
 from mathpost.path.orders import BACK, FEED_UNITS, LEAST_FEED, MM_PER_INCH
+from mathpost.path.pieces import Hole
 
 CYCLES = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
 PECKED = ("DEEP", "DEEP2", "BRKCHP")
@@ -104,7 +105,7 @@ class Holes(Moves):
         need(not tapped or modal.turning, "a turning spindle before a hole is tapped", "OFF")
         before = float((np.array(self.point) - point) @ axis) if self.point is not None else cycle.clearance
         heights, rapid, bottom = cycle.heights(before)
-        after = self.count + bottom + 1
+        first, after, before = self.count, self.count + bottom + 1, len(self.remarks)
         self.go(point + np.outer(heights, axis), axis, feed=cycle.feed, rapid=rapid)
         if cycle.dwell:
             self.command("dwell", cycle.dwell, statement=f"DELAY/{cycle.dwell:g}", record=after)
@@ -114,3 +115,5 @@ class Holes(Moves):
                 self.command("spindle", modal.speed, sense, statement=said, record=record)
             self.counts["holes tapped as moves: a floating holder is needed"] += 1
         self.counts["holes of drilling cycles as moves"] += 1
+        commands = tuple(command for _, command in self.remarks[before:])
+        self.pieces.append(Hole(first, self.count - 1, cycle, commands))

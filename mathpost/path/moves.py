@@ -10,7 +10,8 @@ from mathpost.path import coordinates
 from mathpost.path.arcs import SAME_RADIUS, arc
 from mathpost.path.cl_lines import REAL, UNIT_TOLERANCE, need
 from mathpost.path.orders import Orders
-from mathpost.rotation import wrap
+from mathpost.path.pieces import Arc
+from mathpost.rotation import unit, wrap
 
 MOST_TURNS = 1000  # of a helix
 LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
@@ -26,6 +27,7 @@ class Moves(Orders):
         self.circle, self.arc_before = None, None  # what is known of the arc that comes, and of one that ended
         self.unconfirmed = False  # whether the tool axis must still say that this is the way the table turned
         self.normals = {}
+        self.pieces = []  # arcs and holes
 
     def pose(self, words, *counts):
         """The point (mm) or nothing, the axis or the one that holds, and what else so many numbers say."""
@@ -216,7 +218,11 @@ class Moves(Orders):
         """Add an arc as chords, and full turns before it."""
         need(not self.rapid, "an arc at a feed", "RAPID")
         need(np.allclose(axis, self.axis, atol=1e-6), "a tool axis that stands still on an arc", "one that turns")
+        start = self.count - 1
         self.go(arc(self.point, point, centre, normal, self.tolerance, turns), axis)
+        if start >= 0:  # or it begins where FROM says
+            place = self.coordinates.placed(np.array([[*centre, *unit(np.array(normal, dtype=float))]]).T)[:, 0]
+            self.pieces.append(Arc(start, self.count - 1, tuple(place[:3].tolist()), tuple(place[3:].tolist())))
         self.counts[f"arcs as chords {self.tolerance:g} mm"] += 1
 
     # In whose coordinates

@@ -7,7 +7,6 @@ CL data are read in `mathpost.path`, programs are written and read back in `math
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,14 @@ import numpy as np
 
 from mathpost.controls.blocks import Blocks as Blocks
 from mathpost.controls.blocks import joined
-from mathpost.controls.reader import read
+from mathpost.controls.reader import follow
 from mathpost.controls.writer import write
 from mathpost.errors import InputError
 from mathpost.machine import Machine
 from mathpost.path.cl import CLData
 from mathpost.post import proof
 from mathpost.post.options import Options
+from mathpost.post.own_words import as_run, own_words, parts_of
 from mathpost.post.report import Report, report_of
 from mathpost.post.steps import Plan, plan, tool_paths
 
@@ -60,6 +60,8 @@ def run(
         mm, how far the tip may be from the CL path, and radians, the tool axis from its great circle between two
         records, everything included. Moves in cut are divided until they keep both, without TCP that of the tip;
         a way that leaves the circle on purpose is refused if it needs more.
+    expand : bool
+        Whether arcs, drilling cycles and operations in a tilted plane are written as straight moves.
     strategy, start, prefer, split
         As in `mathpost.post.selection.choose`; at a split the tool is retracted, unwound and returned.
     singular, lean, clearance : str, float, float
@@ -102,17 +104,21 @@ def run(
     plans: list[Plan] = []
     for path in tool_paths(cl, machine):
         start = plans[-1].chosen.joints[-1] if plans else asked.choosing.start
-        plans.append(plan(path, asked, start, progress))
+        planned = plan(path, asked, start, progress)
+        plans.append(replace(planned, moves=own_words(path, planned.moves, asked)))
 
     progress("writing")
     text = write(joined([each.moves.blocks for each in plans]), machine, asked.control, name=name)
 
     progress("reading back")
-    blocks = read(text, machine, asked.control, name=name)
+    program = follow(text, machine, asked.control, name=name)
 
     progress("proving")
-    edges = [0, *np.cumsum([len(each.moves.blocks.words) for each in plans[:-1]], dtype=int), None]
-    parts = [blocks[slice(*edge)] for edge in pairwise(edges)]
+    parts = []
+    for number, rows in enumerate(parts_of(program, [each.moves for each in plans])):
+        moves, part = as_run(plans[number].path, plans[number].moves, program, rows)
+        plans[number] = replace(plans[number], moves=moves)
+        parts.append(part)
     proofs = [_proof(each, part, asked) for each, part in zip(plans, parts, strict=True)]
 
     left = asked.tolerance - max(each.path_tip_error for each in proofs)
@@ -126,7 +132,7 @@ def run(
     joints = np.concatenate([each.chosen.joints for each in plans])
     place = np.concatenate([each.path.first + each.moves.motion.place for each in plans])
     made = report_of(cl, machine, asked, plans, proofs, parts, rounding=left, compare=compare)
-    return Result(joints, blocks, place, text, made)
+    return Result(joints, joined(parts), place, text, made)
 
 
 def _refuse_other_lengths(cl, machine, options):

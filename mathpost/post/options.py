@@ -61,6 +61,7 @@ class Options:
 
     control: Control
     tcp: bool = False  # whether the control keeps the tip (M128, G43.4, TRAORI)
+    expand: bool = False  # whether arcs, cycles and tilted planes are straight moves, not the control's own words
     tolerance: float = TOLERANCE  # mm, of the tip
     axis_tolerance: float = AXIS_TOLERANCE  # radians, of the tool axis
     choosing: Choosing = field(default_factory=Choosing)

@@ -46,6 +46,8 @@ class Moves:
     blocks: Blocks  # one for each pose
     seconds: np.ndarray  # shape (n - 1,), that feed and rates ask for each move
     by_feed: np.ndarray  # shape (n - 1,), and the feed alone; NaN where it does not count
+    # Which poses are written as ends of blocks, shape (n,), where not all are: see `mathpost.post.own_words`.
+    kept: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

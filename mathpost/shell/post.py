@@ -29,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--machine", **FILE, required=True, help="machine file, TOML")
     add("--dialect", default="heidenhain", metavar="CONTROL", help=f"{', '.join(control.names())}, or a TOML file")
     add("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
+    add("--expand", action="store_true", help="straight moves only: no arcs, drilling cycles and tilted planes")
     add("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
     add("--axis-tolerance", **degrees(AXIS_TOLERANCE), help="of the tool axis; default %(default)s")
     add("--selection", dest="strategy", choices=STRATEGIES, default="optimal")
@@ -89,5 +90,8 @@ def made(
         lean=math.radians(options.lean),
         errors=read_errors(options.errors, setup) if options.errors else None,
         progress=progress,
-        **given(options, ("dialect", "strategy", "singular", "clearance", "tolerance", "tcp", "split", "compare")),
+        **given(
+            options,
+            ("dialect", "strategy", "singular", "clearance", "tolerance", "tcp", "expand", "split", "compare"),
+        ),
     )

@@ -1,0 +1,125 @@
+"""Words for more than a straight move, as a control's file states them: arcs, drilling cycles, tilted planes.
+
+What a file does not state, its control is not asked for: programs have straight moves then.
+"""
+
+from dataclasses import dataclass
+
+from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, some_text
+
+PLANES = ("XY", "ZX", "YZ")  # in the order of the axes square to them, from Z
+CYCLE_FIELDS = (
+    "surface",
+    "depth",
+    "bottom",
+    "clearance",
+    "leave",
+    "above",
+    "step",
+    "dwell",
+    "feed",
+    "pitch",
+    "speed",
+)
+KINDS = ("drill", "dwell", "deep", "chips", "bore", "ream", "tap", "tap left")
+WORD = only_if(lambda value: isinstance(value, str)), "a word"
+LINES = each(str), "a list of lines"
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """How a control is told an arc or a helix."""
+
+    planes: dict[str, str]  # those that an arc may lie in, some of `PLANES`, and the word that selects each
+    clockwise: str  # seen from the end of the axis square to the plane
+    counterclockwise: str
+    begin: str  # what such a block begins with, where moves begin with a word; the sense stands behind then
+    centre: tuple[str, ...]  # words of the centre, counted from the start of the arc, of X, Y and Z
+    pole: str  # or the word of a line before it that has the centre's coordinates
+    helix: tuple[str, ...]  # what a helix begins with, and the word of its angle, if it has no end point
+    ends: float  # mm, by which its distance from the centre may differ between both ends
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """How a control is told drilling cycles, by `KINDS`; lines with the fields of `CYCLE_FIELDS`."""
+
+    kinds: dict[str, tuple[str, ...]]  # what begins a row of holes,
+    again: tuple[str, ...]  # what stands behind the position of each further hole,
+    off: tuple[str, ...]  # and behind the last
+    before: bool  # whether the row begins before the position of its first hole
+
+
+@dataclass(frozen=True)
+class Tilted:
+    """How a control is told a tilted plane that its rotary axes stand at already."""
+
+    notation: str  # of `mathpost.plane.tilted_plane.NOTATIONS`
+    positioning: str  # words behind it
+    swivel_data: str  # the name of the machine in it, where it has one
+    on: tuple[str, ...]  # lines behind that one,
+    off: tuple[str, ...]  # and those that end it
+
+
+def arcs_of(file: TomlTable) -> Arcs | None:
+    """Read the table [arcs], if there is one."""
+    table = file.table("arcs", optional=True)
+    if not table.content:
+        return None
+    planes = table.table("planes")
+    made = Arcs(
+        planes={name: planes.take(name, *WORD) for name in PLANES if name in planes.content},
+        clockwise=table.take("clockwise", some_text, "a word"),
+        counterclockwise=table.take("counterclockwise", some_text, "a word"),
+        begin=table.take("begin", *WORD, ""),
+        centre=tuple(table.take("centre", only_if(lambda three: len(three) == 3, LINES[0]), "three words", ())),
+        pole=table.take("pole", *WORD, ""),
+        helix=tuple(table.take("helix", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())),
+        ends=table.take("ends", only_if(lambda value: value > 0, a_number), "mm above 0"),
+    )
+    planes.done()
+    table.done()
+    return made
+
+
+def cycles_of(file: TomlTable) -> Cycles | None:
+    """Read the table [cycles], if there is one."""
+    table = file.table("cycles", optional=True)
+    if not table.content:
+        return None
+    fields = ", ".join(f"{{{name}}}" for name in CYCLE_FIELDS)
+    expected = f"a list of lines, in them {fields} only"
+    made = Cycles(
+        kinds={kind: tuple(table.take(kind, _filled, expected)) for kind in KINDS if kind in table.content},
+        again=tuple(table.take("again", *LINES, ())),
+        off=tuple(table.take("off", *LINES, ())),
+        before=table.take("before", only_if(lambda value: isinstance(value, bool)), "true or false", False),
+    )
+    table.done()
+    return made
+
+
+def _filled(lines):
+    """Lines whose fields are those of a cycle."""
+    for line in LINES[0](lines):
+        try:
+            line.format(**dict.fromkeys(CYCLE_FIELDS, 1.0))
+        except (KeyError, IndexError):
+            raise ValueError from None
+    return lines
+
+
+def tilted_of(file: TomlTable, notations: tuple[str, ...]) -> Tilted | None:
+    """Read the table [plane], if there is one."""
+    table = file.table("plane", optional=True)
+    if not table.content:
+        return None
+    made = Tilted(
+        notation=table.take("notation", *one_of(*notations)),
+        positioning=table.take("positioning", *WORD, ""),
+        swivel_data=table.take("swivel_data", *WORD, "TC1"),
+        on=tuple(table.take("on", *LINES, ())),
+        off=tuple(table.take("off", *LINES)),
+    )
+    table.done()
+    return made

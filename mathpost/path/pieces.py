@@ -1,0 +1,34 @@
+"""Records of CL data that are one thing, and that a control may have words for: an arc, a hole."""
+
+from dataclasses import dataclass, replace
+
+from mathpost.path.arcs import Cycle
+from mathpost.path.modal import Command
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc or a helix from record `first` to record `last`, with chords between that turn by equal angles."""
+
+    first: int
+    last: int
+    centre: tuple[float, float, float]  # a point of its axis, mm
+    axis: tuple[float, float, float]  # a unit vector, about which the tool turns right-handed
+
+    def moved(self, by: int) -> "Arc":
+        """The same with so many records more before it."""
+        return replace(self, first=self.first + by, last=self.last + by)
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A hole of a drilling cycle: record `first` is above it, `last` where the tool leaves it."""
+
+    first: int
+    last: int
+    cycle: Cycle
+    said: tuple[Command, ...] = ()  # what is said to the control on the way, as part of the cycle
+
+    def moved(self, by: int) -> "Hole":
+        """The same with so many records more before it."""
+        return replace(self, first=self.first + by, last=self.last + by)

@@ -1,0 +1,140 @@
+"""Arcs, drilling cycles and tilted planes in the words of each control, read by the reader of the manuals alone."""
+
+import re
+
+import numpy as np
+import pytest
+
+from mathpost import machine
+from mathpost.kinematics import Kinematics
+from mathpost.path import cl as cldata
+from mathpost.post import run
+from mathpost.rotation import unit
+from tests.conftest import DATA
+from tests.independent import judge
+from tests.independent.machine_model import Model
+from tests.independent.reader import Setup, read
+
+CONTROLS = ("heidenhain", "fanuc", "siemens", "linuxcnc", "haas", "mazak")
+MACHINES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "nutating_head", "ac_head")
+TOLERANCE = 0.01  # mm
+
+
+def on_machine(name, **rotary):
+    """The machine with a tool of 80 mm, the tool axis at rotary angles, and vectors square to it."""
+    setup = machine.load(name).with_setup(tool_length=80.0)
+    angles = [rotary.get(axis, 0.0) for axis in setup.joint_names[3:]]
+    _, axis = Kinematics(setup).forward([0, 0, 0, *angles], degrees=True)
+    across = unit(np.cross(axis, [0.3, 0.8, 0.1]))
+    return setup, axis, across, np.cross(axis, across)
+
+
+def numbers(*vectors):
+    return ",".join(f"{value:.9f}" for vector in vectors for value in np.atleast_1d(vector))
+
+
+def arcs_file(rng, axis, across, along, count=12):
+    """A path of lines, arcs and helices square to the tool axis: its text, and centre and radius of each arc."""
+    point, circles = np.array([5.0, 3.0, 2.0]), []
+    lines = ["UNITS/MM", "FEDRAT/600,MMPM", f"GOTO/{numbers(point, axis)}"]
+    for number in range(count):
+        turn = rng.uniform(0, 2 * np.pi)
+        radius, sweep = rng.uniform(1, 25), rng.uniform(0.3, 2 * np.pi)
+        sweep = 2 * np.pi if number % 5 == 4 else sweep
+        sense = rng.choice([-1, 1])
+        out = np.cos(turn) * across + np.sin(turn) * along
+        centre = point - radius * out
+        rise = rng.uniform(-1, 1) * (number % 3 == 0)
+        round_ = np.cos(sweep) * out + sense * np.sin(sweep) * np.cross(axis, out)
+        times = int(rng.integers(1, 4)) if rise and sweep < 6 else 1
+        end = centre + radius * round_ + rise * axis
+        lines += [f"CIRCLE/{numbers(centre, sense * axis, radius)}" + f",TIMES,{times}" * (times > 1)]
+        lines += [f"GOTO/{numbers(end)}"]
+        circles.append((centre, radius))
+        point = end + rng.uniform(-4, 4) * across
+        lines += [f"GOTO/{numbers(point)}"] * (number % 2)
+        point = point if number % 2 else end
+    return "\n".join(lines) + "\n", circles
+
+
+def moves_of(result, setup, control, name):
+    model = Model(DATA / "machines" / f"{name}.toml", length=setup.tool_length, origin=setup.origin)
+    moves = read(result.program, control, Setup(model, length_on=True))
+    return moves, judge.sample(model, moves, turn=0.5)
+
+
+@pytest.mark.parametrize("tcp", [False, True], ids=["joints", "TCP"])
+@pytest.mark.parametrize("number", range(6))
+def test_arcs_and_helices_are_run(number, tcp):
+    rng = np.random.default_rng(number)
+    name, control = MACHINES[number], CONTROLS[(number + 3 * tcp) % 6]
+    setup, axis, across, along = on_machine(name)
+    text, circles = arcs_file(rng, axis, across, along)
+    path = cldata.parse(text)
+    result = run(path, setup, dialect=control, tcp=tcp)
+    moves, samples = moves_of(result, setup, control, name)
+    assert sum(move.arc for move in moves) >= len(circles)
+    assert len(moves) < 60 < len(path) / 10
+    segments = list(zip(path.points, path.points[1:], strict=False))
+    off = [min(judge.to_segment(tip, *ends) for ends in segments) for tip in samples.tip[::7]]
+    assert max(off) < TOLERANCE and max(judge.between(each, axis) for each in samples.axis) < 1e-3
+    curved = np.array([moves[move].arc for move in samples.move])
+    from_circle = [
+        np.abs(np.linalg.norm(np.cross(samples.tip[curved] - centre, axis), axis=1) - radius)
+        for centre, radius in circles
+    ]
+    assert np.min(from_circle, axis=0).max() < 5e-4  # of the arcs themselves, not of their chords
+    length = np.linalg.norm(np.diff(path.points, axis=0), axis=1).sum()
+    seconds = sum(judge.at_constant_speed(Model(DATA / "machines" / f"{name}.toml"), move) for move in moves[1:])
+    assert seconds == pytest.approx(length / 10, rel=1e-2)
+    assert result.report.path_tip_error < TOLERANCE
+
+
+def test_expanded_are_straight_moves():
+    rng = np.random.default_rng(3)
+    setup, *vectors = on_machine("ac_table")
+    path = cldata.parse(arcs_file(rng, *vectors)[0])
+    program = run(path, setup, dialect="fanuc", expand=True).program
+    assert not re.search(r"\bG[23]\b", program)
+    plain = cldata.from_arrays(path.points, path.axes, feed=600)
+    assert program == run(plain, setup, dialect="fanuc", name="CL data").program
+
+
+@pytest.mark.parametrize(
+    ("name", "tilted"), [("ac_table", 0.0), ("ac_table", 30.0), ("ac_head", 0.0), ("ac_head", 30.0)]
+)
+def test_an_arc_that_no_plane_of_the_machine_holds_stays_straight(name, tilted):
+    """A head that is tilted moves its arcs out of XY, ZX and YZ; with a table they are square to Z again."""
+    setup, *vectors = on_machine(name, A=tilted, C=25.0)
+    path = cldata.parse(arcs_file(np.random.default_rng(5), *vectors)[0])
+    program = run(path, setup, dialect="linuxcnc").program
+    assert bool(re.search(r"\bG[23]\b", program)) == (name == "ac_table" or not tilted)
+
+
+def test_the_planes_of_a_control_and_back():
+    """An arc about X is in G19; behind it G17 holds again, in which the radius is compensated."""
+    lines = [
+        "UNITS/MM",
+        "FEDRAT/600,MMPM",
+        "GOTO/0,10,0,0,0,1",
+        "CIRCLE/0,0,0,1,0,0,10",
+        "GOTO/0,0,10",
+        "GOTO/5,0,10",
+    ]
+    path = cldata.parse("\n".join(lines) + "\n")
+    text = run(path, machine.load("ac_table").with_setup(), dialect="fanuc").program
+    assert re.search(r"G19 G3 .*\nN\d+ G17\nN\d+ G1 ", text) or "G18" in text
+    klartext = run(path, machine.load("ac_table"), dialect="heidenhain").program
+    assert "CC" not in klartext  # its file knows arcs in XY only
+
+
+@pytest.mark.parametrize("control", ["heidenhain", "fanuc", "siemens"])
+def test_a_compensation_begins_on_a_line_and_goes_on_over_arcs(control):
+    lines = ["UNITS/MM", "FEDRAT/600,MMPM", "GOTO/20,-10,0,0,0,1", "CUTCOM/LEFT", "GOTO/20,0,0",
+             "CIRCLE/0,0,0,0,0,1,20", "GOTO/-20,0,0", "GOTO/-20,-20,0", "CUTCOM/OFF", "GOTO/-40,-20,0"]  # fmt: skip
+    text = run(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
+    on, off = {"heidenhain": ("RL", "R0")}.get(control, ("G41", "G40"))
+    between = text[re.search(rf"{on}\b", text).start() : text.rindex(off)]
+    assert len(between.splitlines()) < 7 and re.search(r"\bG3 |\bC ", between)
+    first = next(line for line in text.splitlines() if re.search(rf"\b{on}\b", line))
+    assert not re.search(r"\bG[23]\b|\bC ", first)
