@@ -3,6 +3,7 @@
 import io
 import multiprocessing
 import os
+import re
 import shutil
 import signal
 import sys
@@ -18,6 +19,7 @@ from typing import Any
 from mathpost.errors import MathpostError
 from mathpost.shell import main
 
+TEXTS = re.compile(r"\.(txt|csv|html)$")  # files that may name others
 EVERY = 0.3  # s between two looks at a process that says nothing
 
 
@@ -90,12 +92,18 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
     threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
 
     def say(stage="", done=0, total=0, row=""):
-        connection.send(("told", (stage, done, total, row)))
+        connection.send(("told", (stage, done, total, named(row))))
+
+    def named(text):  # what was uploaded is called by its name alone
+        return re.sub(f"{re.escape(str(folder))}{re.escape(os.sep)}\\w+{re.escape(os.sep)}", "", text)
 
     try:
         ended = work(parsed(words), say, folder)
+        ended.pages = {title: named(page) for title, page in ended.pages.items()}
+        for name in filter(TEXTS.search, ended.files):
+            ended.files[name] = named(ended.files[name].decode()).encode()
     except MathpostError as error:
-        ended = str(error)
+        ended = named(str(error))
     except Exception as error:
         ended = f"a fault of mathpost, {type(error).__name__}: {error}"
     connection.send(("ended", ended))

@@ -121,6 +121,7 @@ def test_the_program_is_the_shells_byte_for_byte(tmp_path):
         f"{tmp_path / 'out'}",
     ]
     assert main.main(words) == 0
+    assert panel.files["report.txt"].decode().startswith("CL data      wing.cl, 5 records")
     assert panel.files["wing.h"] == (tmp_path / "out").read_bytes()
     assert panel.files["dmu50v_changed.toml"].decode().replace("-25.0, 180.0", "-25, 180") == by_hand
     assert "No rotary axis jumps" in panel.found.children[1].children[1].value
