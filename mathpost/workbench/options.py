@@ -1,6 +1,7 @@
 """An option of the shell as a control: what argparse knows of it says what it looks like."""
 
 import argparse
+import os
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
@@ -25,6 +26,8 @@ UNITS = {"MM": "mm", "DEG": "°"}
 MEGABYTE = 2**20
 LARGEST = 8 * MEGABYTE  # of what is uploaded at once: a message of more than ten ends a Jupyter connection
 MOST = 500  # files
+# An app of voila is for people who may not look into the server: files are uploaded, and downloaded.
+IS_APP = os.environ.get("SERVER_SOFTWARE", "").startswith("voila")
 LABEL, FIELD = "120px", "340px"
 STYLE = {"description_width": LABEL}
 
@@ -121,6 +124,9 @@ class FileOption(Option):
         if text and (text in self.uploaded or text == f"{len(self.uploaded)} files, uploaded"):
             return list(self._written(folder / self.action.dest))
         names = [name.strip() for name in (text.split(";") if self.several else [text]) if name.strip()]
+        if IS_APP:
+            for name in set(names) - {*self.shipped, *(Path(each).stem for each in self.shipped)}:
+                raise InputError(self.action.dest, "a file that is uploaded, or one of the list", repr(name))
         return [self.shipped.get(name, Path(name)) if not Path(name).exists() else Path(name) for name in names]
 
     def content(self) -> bytes | None:

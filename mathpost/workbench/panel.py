@@ -13,7 +13,7 @@ from IPython.display import display
 
 from mathpost.errors import MathpostError
 from mathpost.files import read_text, write_bytes
-from mathpost.workbench.options import MEGABYTE, Option, options
+from mathpost.workbench.options import IS_APP, MEGABYTE, Option, options
 from mathpost.workbench.run import Made, Run
 
 SENTENCE = "Run this cell: it needs Python."
@@ -150,6 +150,8 @@ class Panel(widgets.VBox):
         links = [download(name, content) for name, content in self.files.items() if len(content) <= LARGEST]
         if not self.files:
             return widgets.HTML()
+        if IS_APP:
+            return widgets.HTML(" ".join(links))
         where = widgets.Text(
             placeholder="or a folder on the server", description="save to", layout={"width": "300px"}
         )

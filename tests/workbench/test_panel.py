@@ -308,3 +308,16 @@ def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
         (folder := tmp_path / str(fine)).mkdir()
         made, _ = worked(panel, folder)
         assert made.fine is fine and 'srcdoc="' in made.pages["Machine"]
+
+
+def test_an_app_looks_at_nothing_of_its_server(monkeypatch, tmp_path):
+    """Served by voila: what is uploaded and what comes with the package, no path, and nothing is saved there."""
+    for module in ("options", "panel"):
+        monkeypatch.setattr(f"mathpost.workbench.{module}.IS_APP", True)
+    panel = workbench.post(cl="blade.cl", machine="dmu50v")
+    assert parsed(panel.words(tmp_path)).cl.name == "blade.cl"
+    panel["cl"].field.value = str(DATA / "cl/blade.cl")
+    with pytest.raises(InputError, match="cl: expected a file that is uploaded, or one of the list"):
+        panel.words(tmp_path)
+    panel.show(Made("done", {}, {"a.h": b"1"}))
+    assert not hasattr(panel.found.children[0], "children")
