@@ -23,6 +23,7 @@ the final transpose is missing...
 """
 
 from importlib import import_module
+from typing import Any
 
 _OFFERED = {
     "load_machine": "mathpost.machine.load",
@@ -39,7 +40,7 @@ _OFFERED = {
 __all__ = list(_OFFERED)
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     """Load what is asked for, so that ``import mathpost`` loads nothing (PEP 562)."""
     if name not in _OFFERED:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -4,17 +4,25 @@ The same few lines serve every arrangement: a rotary table is a turn about a lin
 the same turn forwards, and the three slides are one translation between the two.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost.errors import as_array
 from mathpost.formula import numeric
 from mathpost.frame import Frame
 from mathpost.machine import LETTERS
 from mathpost.rotation import about
+
+if TYPE_CHECKING:
+    from mathpost.machine import Machine, Rotary
 
 
 @dataclass(frozen=True)
@@ -40,13 +48,13 @@ class Geometry:
     programmed_point: sp.Matrix
 
     @classmethod
-    def numbers(cls, machine):
+    def numbers(cls, machine: Machine) -> Geometry:
         """The machine's decimals as exact fractions, so that 0.707107 beside itself becomes √2/2."""
         length = _exact(machine.tool_length)
         return cls._of(machine, length, lambda _, axis: exact_unit(axis), lambda _, point: exact_vector(point))
 
     @classmethod
-    def symbols(cls, machine):
+    def symbols(cls, machine: Machine) -> Geometry:
         """Symbols named after the joints: V the directions, p the points, o the origin, t and L the tool."""
         return cls._of(machine, sp.Symbol("L", real=True), *[lambda name, _: _symbol_vector(name)] * 2)
 
@@ -65,18 +73,18 @@ class Geometry:
             programmed_point=named[point] if point in named else vector("r", point),
         )
 
-    def flat(self):
+    def flat(self) -> list[sp.Expr]:
         """All entries in one list, in the same order for numbers and symbols."""
         vectors = [*self.axis.values(), *self.point.values(), self.origin, self.tool_axis, self.programmed_point]
         return [entry for vector in vectors for entry in vector] + [self.tool_length]
 
 
-def joint_symbols(machine):
+def joint_symbols(machine: Machine) -> tuple[sp.Symbol, ...]:
     """The joint symbols, named as in the machine file."""
     return sp.symbols(machine.joint_names, real=True)
 
 
-def between(machine):
+def between(machine: Machine) -> list[tuple[Rotary, sp.Symbol, int]]:
     """The rotary joints from the workpiece to the tool: tuples of `Rotary`, its symbol, and the sign of its turn.
 
     A table stands between the workpiece and the bed, so the chain runs through it backwards: sign −1.
@@ -88,7 +96,7 @@ def between(machine):
 
 
 @lru_cache(maxsize=256)
-def links(machine, parameters=False):
+def links(machine: Machine, parameters: bool = False) -> tuple[Link, ...]:
     """Return the chain from the workpiece to the tool as a tuple of `Link`.
 
     With `parameters` offsets and directions stay symbols instead of the machine's numbers.
@@ -100,7 +108,8 @@ def links(machine, parameters=False):
     ['workpiece', 'C', 'B', 'linear', 'tool']
     """
     data = Geometry.symbols(machine) if parameters else Geometry.numbers(machine)
-    tables, heads = [], []
+    tables: list[Link] = []
+    heads: list[Link] = []
     for rotary, angle, sign in between(machine):
         turned = turn(data.axis[rotary.name], data.point[rotary.name], sign * angle)
         (tables if sign < 0 else heads).append(Link(rotary.name, turned))
@@ -115,13 +124,13 @@ def links(machine, parameters=False):
 
 
 @lru_cache(maxsize=256)
-def workpiece_from_tool(machine, parameters=False):
+def workpiece_from_tool(machine: Machine, parameters: bool = False) -> sp.Matrix:
     """The product of the `links`, a 4×4 matrix."""
     return product(link.matrix for link in links(machine, parameters))
 
 
 @lru_cache(maxsize=256)
-def bodies(machine):
+def bodies(machine: Machine) -> tuple[tuple[str, sp.Matrix], ...]:
     """Return where each body of the machine stands: pairs of its name and the 4×4 matrix machine_from_body.
 
     First what the joints between bed and workpiece carry, then the workpiece, and what the joints between bed and
@@ -160,18 +169,18 @@ def bodies(machine):
     return tuple(found)
 
 
-def turn(axis, point, angle):
+def turn(axis: sp.Matrix, point: sp.Matrix, angle: sp.Expr) -> sp.Matrix:
     """The 4×4 matrix of a turn about the line through `point` along the unit vector `axis`."""
     matrix = about(axis, angle)
     return homogeneous(matrix, point - matrix * point)
 
 
-def homogeneous(matrix, translation):
+def homogeneous(matrix: sp.Matrix, translation: sp.Matrix) -> sp.Matrix:
     """The 4×4 matrix of a rotation and a translation."""
     return sp.ImmutableMatrix(sp.Matrix.vstack(sp.Matrix.hstack(matrix, translation), sp.Matrix([[0, 0, 0, 1]])))
 
 
-def product(matrices):
+def product(matrices: Iterable[sp.Matrix]) -> sp.Matrix:
     """The product of sympy matrices, first on the left, as the textbook has it.
 
     sympy's own asks of each entry whether it is infinite before it multiplies it by zero: ten times as long.
@@ -200,18 +209,18 @@ def _exact(number):
     return sp.Rational(repr(float(number)))
 
 
-def exact_vector(vector):
+def exact_vector(vector: Sequence[float]) -> sp.Matrix:
     """The decimals of `vector` as exact fractions, a 3×1 sympy matrix."""
     return sp.Matrix([_exact(entry) for entry in vector])
 
 
-def exact_unit(vector):
+def exact_unit(vector: Sequence[float]) -> sp.Matrix:
     """`vector`, made exact and brought to length 1."""
     exact = exact_vector(vector)
     return exact / sp.sqrt(exact.dot(exact))
 
 
-def vector_symbols(name):
+def vector_symbols(name: str) -> list[sp.Symbol]:
     """The three symbols of a vector of `Geometry.symbols`, such as V_B, p_B or o."""
     return sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True)
 
@@ -220,13 +229,13 @@ def _symbol_vector(name):
     return sp.Matrix(vector_symbols(name))
 
 
-def joint_values(machine, joints, degrees):
+def joint_values(machine: Machine, joints: ArrayLike, degrees: bool) -> list[np.ndarray]:
     """The joints (..., k) one by one, mm and radians, as the compiled functions of the chain take them."""
     values = list(np.moveaxis(as_array(joints, len(machine.joint_names), "joints"), -1, 0))
     return values[:3] + [np.deg2rad(angle) if degrees else angle for angle in values[3:]]
 
 
-def machine_frames(machine, joints, *, degrees=False):
+def machine_frames(machine: Machine, joints: ArrayLike, *, degrees: bool = False) -> tuple[Frame, ...]:
     """Return where the workpiece and the tool of a machine stand, WCS in MCS and TCS in MCS, as two `Frame`.
 
     `joints`, shape (..., k), are those of `Kinematics.forward`. The tool's origin is the tip, its Z the tool axis.

@@ -4,7 +4,11 @@
 prints a machine as a file that stands alone: every body's place, forward, both inverse branches, the Jacobian.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import sympy as sp
 from sympy.printing.c import C99CodePrinter
@@ -15,10 +19,19 @@ from mathpost.errors import InputError
 from mathpost.formula import shared
 from mathpost.kinematics import ABOVE, AT_POLE, BELOW, PRINTED, REACH_TOLERANCE, solved
 
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+
 LANGUAGES = ("latex", "js", "c")
 
 
-def function(name, outputs, arguments, language="js", named=()):
+def function(
+    name: str,
+    outputs: Iterable[sp.Expr],
+    arguments: Sequence[sp.Symbol],
+    language: str = "js",
+    named: Iterable[tuple[sp.Symbol, sp.Expr]] = (),
+) -> str:
     """Print expressions as the source of a function ``name(q, out)`` that reads one array and fills another.
 
     `arguments` are symbols of any name, in their order in the array `q`; `language` is ``"js"`` or ``"c"``. The
@@ -76,7 +89,7 @@ _DIALECTS = {
 }
 
 
-def machine(kin, language):
+def machine(kin: Kinematics, language: str) -> str:
     """Print a machine, a `Kinematics`, as a file that stands alone; its header says what goes in and out.
 
     `language` is one of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C:
@@ -97,7 +110,7 @@ def machine(kin, language):
 EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
 
 
-def body(kin, *, jacobian=True):
+def body(kin: Kinematics, *, jacobian: bool = True) -> str:
     """Print a machine as JavaScript without exports, to stand inside of a page: it defines the `EXPORTS`."""
     names = ", ".join(f'"{name}"' for name, _ in chain.bodies(kin.machine))
     return f"const bodies = [{names}];\n\n{_printed(kin, 'js', jacobian)}"

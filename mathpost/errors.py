@@ -1,6 +1,7 @@
 """The package's own errors, and where most of them arise: a caller's arrays, and files read and written."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"  # a decimal number as CL files, NC programs and worksheets write it
 
@@ -14,7 +15,7 @@ class InputError(MathpostError):
     and what does, all str.
     """
 
-    def __init__(self, where, expected, found):
+    def __init__(self, where: str, expected: str, found: object) -> None:
         self.where, self.expected, self.found = where, expected, found
         super().__init__(f"{where}: expected {expected}, found {found}")
 
@@ -27,7 +28,7 @@ class OutputError(MathpostError):
     """A result could not be written; nothing was."""
 
 
-def as_array(values, length, where):
+def as_array(values: ArrayLike, length: int, where: str) -> np.ndarray:
     """Return `values` as a float array of shape ``(..., length)``, all finite, or raise `InputError`."""
     if np.ma.is_masked(values):
         raise InputError(where, "numbers", "masked ones")

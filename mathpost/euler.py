@@ -8,9 +8,11 @@ for what is not finite numbers of the shape stated, a matrix that is no rotation
 """
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.formula import from_angles, numeric
@@ -20,7 +22,7 @@ SEQUENCES = ("ZXZ", "ZYZ", "XYX", "XZX", "YXY", "YZY", "XYZ", "XZY", "YXZ", "YZX
 LOCK = 1e-13  # first and last axis are parallel if the sine between them is below this
 
 
-def matrix(sequence, angles, *, degrees=False):
+def matrix(sequence: str, angles: Any, *, degrees: bool = False) -> np.ndarray:
     """Return the active matrix of three angles in sequence; of sympy expressions a sympy.Matrix.
 
     Examples
@@ -38,7 +40,7 @@ def matrix(sequence, angles, *, degrees=False):
     return from_angles(_turns(letters), tuple(angles)[::step], degrees)
 
 
-def angles(sequence, matrix, *, lock="third", degrees=False):
+def angles(sequence: str, matrix: ArrayLike, *, lock: str = "third", degrees: bool = False) -> np.ndarray:
     """Return the three angles of an active matrix, the middle one in [0, π], or [−π/2, π/2] if no axis repeats.
 
     Where the first and the last axis are parallel only the sum or the difference of the first and the third
@@ -58,12 +60,14 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     return np.rad2deg(found) if degrees else found
 
 
-def is_locked(sequence, matrix):
+def is_locked(sequence: str, matrix: ArrayLike) -> np.bool | np.ndarray:
     """Return whether the first and the last axis of the sequence are parallel, shape (...)."""
     return _read(sequence, "third", as_rotation(matrix, "matrix"))[1] < LOCK
 
 
-def from_direction(sequence, direction, third=0.0, *, degrees=False):
+def from_direction(
+    sequence: str, direction: ArrayLike, third: ArrayLike = 0.0, *, degrees: bool = False
+) -> np.ndarray:
     """Return the angles of the intrinsic `sequence` that turn its last axis into `direction`.
 
     Two angles are enough for a `direction`, shape (..., 3), of any length above zero. The third is free and
@@ -85,7 +89,7 @@ def from_direction(sequence, direction, third=0.0, *, degrees=False):
     return np.stack(found, axis=-1)
 
 
-def twin(sequence, angles, *, degrees=False):
+def twin(sequence: str, angles: ArrayLike, *, degrees: bool = False) -> np.ndarray:
     """Return the other three angles of the same rotation, each brought into (−180°, 180°].
 
     The first and the third turn by 180°; the middle one changes its sign if the sequence repeats an axis, and
@@ -124,7 +128,7 @@ def _entries(matrices):
     return np.moveaxis(matrices.reshape(*matrices.shape[:-2], 9), -1, 0)
 
 
-def arguments(sequence, matrix, first):
+def arguments(sequence: str, matrix: sp.Matrix, first: int | sp.Expr) -> list[tuple[sp.Expr, sp.Expr]]:
     """Return what stands in the three atan2 that read the angles of an intrinsic sequence off a matrix.
 
     With M = R_i(a)·R_j(b)·R_k(c): the column k of M is R_i(a)·R_j(b)·e_k, in which a stands beside one factor
@@ -140,7 +144,7 @@ def arguments(sequence, matrix, first):
     (m02, -m12)
     """
     a, b, c = sp.symbols("a b c", real=True)
-    i, j, k = map(ACTIVE.get, sequence)
+    i, j, k = (ACTIVE[letter] for letter in sequence)
     row, column = "XYZ".index(sequence[1]), "XYZ".index(sequence[2])
     rest = i(-first) * matrix
     return [
@@ -150,7 +154,7 @@ def arguments(sequence, matrix, first):
     ]
 
 
-def expressions(sequence, matrix, *, lock="third"):
+def expressions(sequence: str, matrix: sp.Matrix, *, lock: str = "third") -> tuple[sp.Expr, ...]:
     """Return `angles` of a symbolic matrix, the rule at the lock included, as sympy expressions.
 
     Four of them: the angles in the order of the sequence, radians, and the sine that is zero at the lock.
@@ -195,7 +199,7 @@ def _sine_and_cosine(angle, pattern, entries):
     )
 
 
-def from_axis_angle(axis, angle, *, degrees=False):
+def from_axis_angle(axis: ArrayLike, angle: ArrayLike, *, degrees: bool = False) -> np.ndarray:
     """Return the active matrix of a right-handed turn about `axis`: `about`, compiled.
 
     Axes (..., 3), of any length above zero, and angles (...) give matrices (..., 3, 3).
@@ -206,7 +210,7 @@ def from_axis_angle(axis, angle, *, degrees=False):
     return turn(*np.moveaxis(axis, -1, 0), np.deg2rad(angle) if degrees else angle)
 
 
-def to_axis_angle(matrix, *, degrees=False):
+def to_axis_angle(matrix: ArrayLike, *, degrees: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return the unit axis (..., 3) and the angle (...), in [0, π], of an active matrix (..., 3, 3).
 
     No turn at all has axis Z; of the two axes of a half turn the one is given whose first entry that is not
@@ -226,7 +230,7 @@ def to_axis_angle(matrix, *, degrees=False):
     return axis, np.rad2deg(angle) if degrees else angle
 
 
-def from_quaternion(quaternion):
+def from_quaternion(quaternion: ArrayLike) -> np.ndarray:
     """Return the active matrix of a quaternion w + xi + yj + zk, given as (w, x, y, z), *scalar first*.
 
     Quaternions (..., 4), of any length above zero, give matrices (..., 3, 3); q and −q are the same rotation.
@@ -240,7 +244,7 @@ def from_quaternion(quaternion):
     return numeric(QUATERNION_MATRIX, QUATERNION)(*np.moveaxis(quaternion, -1, 0))
 
 
-def to_quaternion(matrix):
+def to_quaternion(matrix: ArrayLike) -> np.ndarray:
     """Return the unit quaternion (w, x, y, z), scalar first, shape (..., 4), of an active matrix (..., 3, 3).
 
     Of q and −q the one with w > 0, or at a half turn the one whose first entry that is not zero is positive.

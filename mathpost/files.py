@@ -4,6 +4,7 @@ import csv
 import io
 import os
 import re
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from secrets import token_hex
@@ -21,7 +22,7 @@ _FORMULA = re.compile(
 )
 
 
-def read_bytes(path):
+def read_bytes(path: Path | str) -> bytes:
     """Return the content of the file `path`; raise `InputError` if it cannot be read."""
     try:
         return Path(path).read_bytes()
@@ -29,7 +30,7 @@ def read_bytes(path):
         raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
 
 
-def data_file(path):
+def data_file(path: str) -> Path:
     """Return the path of a file that comes with the package, such as ``"cl/blade.cl"``; `InputError` if none does.
 
     In a checkout the folder `data` stands beside the package, in an installed package inside it.
@@ -40,7 +41,7 @@ def data_file(path):
     raise InputError("data", "a file that comes with the package", f"no data/{path}")
 
 
-def read_text(path):
+def read_text(path: Path | str) -> str:
     """Return the text of the UTF-8 file `path`; raise `InputError` if it cannot be read."""
     try:
         return read_bytes(path).decode("utf-8-sig")
@@ -49,12 +50,12 @@ def read_text(path):
         raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
 
 
-def write_text(path, text, *, inputs=()):
+def write_text(path: Path | str, text: str, *, inputs: Iterable[Path | str] = ()) -> None:
     """Write `text` as UTF-8; see `write_bytes`."""
     write_bytes(path, text.encode("utf-8"), inputs=inputs)
 
 
-def csv_text(rows):
+def csv_text(rows: Iterable[Sequence[object]]) -> str:
     """Return a table as CSV, with a mark that tells spreadsheet programs the encoding.
 
     What would begin a formula, also where a text's own signs divide it (``eve;=1+1`` in a German Excel), has an
@@ -72,7 +73,7 @@ def csv_text(rows):
     return "\ufeff" + text.getvalue()
 
 
-def write_bytes(path, content, *, inputs=()):
+def write_bytes(path: Path | str, content: bytes, *, inputs: Iterable[Path | str] = ()) -> None:
     """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
 
     A temporary file in the same folder takes the place of `path` in one step, with the mode and the owner that the

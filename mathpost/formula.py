@@ -3,8 +3,10 @@
 import logging
 import math
 from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, lru_cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -15,7 +17,7 @@ from mathpost.errors import InputError
 SLICE = 16384  # elements that a formula works on at a time
 
 
-def from_angles(build, angles, degrees):
+def from_angles(build: Callable, angles: Sequence[Any], degrees: bool) -> Any:
     """Apply the symbolic `build`, a function of so many angles, to numbers, arrays or sympy expressions."""
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
@@ -33,7 +35,11 @@ def _built(build, count):
 
 
 @lru_cache(maxsize=512)
-def numeric(expression, arguments, named=()):
+def numeric(
+    expression: sp.Expr | sp.Matrix | tuple[sp.Expr, ...],
+    arguments: tuple[sp.Symbol, ...],
+    named: tuple[tuple[sp.Symbol, sp.Expr], ...] = (),
+) -> Callable[..., np.ndarray]:
     """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
 
     `expression` is one expression, an ImmutableMatrix or a tuple of expressions, `arguments` a tuple of symbols,
@@ -71,14 +77,18 @@ def numeric(expression, arguments, named=()):
     return evaluate
 
 
-def slices(shape):
+def slices(shape: tuple[int, ...]) -> Iterator[slice]:
     """Yield slices of the first axis of `shape` that take about `SLICE` elements each."""
     step = max(1, SLICE // max(1, math.prod(shape[1:])))
     for start in range(0, shape[0], step):
         yield slice(start, start + step)
 
 
-def shared(expressions, symbols=None, named=()):
+def shared(
+    expressions: Iterable[sp.Expr],
+    symbols: Iterator[sp.Symbol] | None = None,
+    named: Iterable[tuple[sp.Symbol, sp.Expr]] = (),
+) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
     """Take apart what expressions have in common: pairs of a symbol and its value, and the expressions in these.
 
     Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Two parts are the same if they are
@@ -197,7 +207,7 @@ def _with_sign(sign, expression):
 
 
 @cache
-def compiled(loop, *helpers):
+def compiled(loop: Callable, *helpers: Callable) -> Callable:
     """A loop that calls `helpers` as machine code, kept if there is a folder for it; as it stands without Numba."""
     try:
         from numba import njit

@@ -1,8 +1,11 @@
 """Rigid frames: rotation and origin."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import as_rotation, unit
@@ -26,20 +29,18 @@ class Frame:
     """
 
     rotation: np.ndarray  # the child's axes, as columns, in the parent, shape (..., 3, 3)
-    origin: np.ndarray | tuple[float, float, float] = (
-        0.0,
-        0.0,
-        0.0,
-    )  # the child's in the parent, mm, (..., 3)
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # the child's in the parent, mm, (..., 3)
     parent: str = ""  # a name, such as "MCS", or nothing
     child: str = ""  # the same, such as "WCS"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "rotation", as_rotation(self.rotation))
         object.__setattr__(self, "origin", as_array(self.origin, 3, "origin"))
 
     @classmethod
-    def from_axes(cls, z, x, origin=(0.0, 0.0, 0.0), parent="", child=""):
+    def from_axes(
+        cls, z: ArrayLike, x: ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0), parent: str = "", child: str = ""
+    ) -> Frame:
         """Build a frame from its Z axis and a reference direction for X, as STEP's axis2_placement_3d does.
 
         X is the part of `x` that is perpendicular to `z`, Y = Z × X. Shapes (..., 3), of any length above zero;
@@ -59,10 +60,10 @@ class Frame:
             raise InputError("x", "a direction that is not parallel to z", "one that is")
         x = unit(np.cross(square, z))  # square to z to the last digit, however nearly parallel the two were
         columns = np.broadcast_arrays(x, np.cross(z, x), z)
-        return cls(np.stack(columns, axis=-1), origin, parent, child)
+        return cls(np.stack(columns, axis=-1), as_array(origin, 3, "origin"), parent, child)
 
     @classmethod
-    def from_matrix(cls, matrix, parent="", child=""):
+    def from_matrix(cls, matrix: ArrayLike, parent: str = "", child: str = "") -> Frame:
         """Build a frame from a 4×4 homogeneous matrix, shape (..., 4, 4)."""
         matrix = as_array(matrix, 4, "matrix")
         if matrix.shape[-2:] != (4, 4) or not np.allclose(matrix[..., 3, :], [0, 0, 0, 1], atol=1e-12):
@@ -70,42 +71,42 @@ class Frame:
         return cls(matrix[..., :3, :3], matrix[..., :3, 3], parent, child)
 
     @property
-    def x(self):
+    def x(self) -> np.ndarray:
         """The child's X axis in the parent, shape (..., 3)."""
         return self.rotation[..., 0]
 
     @property
-    def y(self):
+    def y(self) -> np.ndarray:
         """The child's Y axis in the parent, shape (..., 3)."""
         return self.rotation[..., 1]
 
     @property
-    def z(self):
+    def z(self) -> np.ndarray:
         """The child's Z axis in the parent, shape (..., 3)."""
         return self.rotation[..., 2]
 
     @property
-    def matrix(self):
+    def matrix(self) -> np.ndarray:
         """The 4×4 homogeneous matrix, shape (..., 4, 4)."""
         shape = np.broadcast_shapes(self.rotation.shape[:-2], self.origin.shape[:-1])
         matrix = np.zeros((*shape, 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3], matrix[..., 3, 3] = self.rotation, self.origin, 1.0
         return matrix
 
-    def point(self, points):
+    def point(self, points: ArrayLike) -> np.ndarray:
         """Return the parent's coordinates of points given in the child, shape (..., 3)."""
         return self.direction(as_array(points, 3, "point")) + self.origin
 
-    def direction(self, directions):
+    def direction(self, directions: ArrayLike) -> np.ndarray:
         """Return the parent's components of directions given in the child, shape (..., 3)."""
         return (self.rotation @ as_array(directions, 3, "direction")[..., None])[..., 0]
 
-    def inverse(self):
+    def inverse(self) -> Frame:
         """Return the parent in the child: child_from_parent."""
         back = np.swapaxes(self.rotation, -1, -2)
         return Frame(back, -(back @ self.origin[..., None])[..., 0], self.child, self.parent)
 
-    def __matmul__(self, inner):
+    def __matmul__(self, inner: Frame) -> Frame:
         """Compose: parent_from_child @ child_from_grandchild = parent_from_grandchild."""
         if not isinstance(inner, Frame):
             return NotImplemented

@@ -9,16 +9,24 @@ A machine with one rotary axis is the same chain with the workpiece-side joint a
 to it, and the first step has nothing to solve.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost import chain
 from mathpost.errors import as_array
 from mathpost.formula import numeric, slices
 from mathpost.rotation import about, unit, wrap
+
+if TYPE_CHECKING:
+    from mathpost.chain import Link
+    from mathpost.machine import Machine
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
 PRINTED = 2e-6  # radians, by which six printed decimals take a tool axis off the only ones that one joint makes
@@ -54,7 +62,7 @@ class Inverse:
 
 
 @lru_cache(maxsize=256)
-def derive(machine):
+def derive(machine: Machine) -> Inverse:
     """Derive the inverse of a machine as an `Inverse`."""
     data = chain.Geometry.numbers(machine)
     (workpiece_side, workpiece_side_angle, workpiece_side_sign), *tool_side = chain.between(machine)
@@ -128,18 +136,19 @@ class Kinematics:
     array([50.31991, 58.40925, 52.13969])
     """
 
-    def __init__(self, machine):
+    def __init__(self, machine: Machine) -> None:
         self.machine = machine
         self.symbols = chain.joint_symbols(machine)
         # Which joint is next to the workpiece, and which next to the tool, None if there is one rotary joint.
         places = [self.symbols.index(angle) for _, angle, _ in chain.between(machine)]
-        self.workpiece_side, self.tool_side = places if len(places) == 2 else (places[0], None)
+        self.workpiece_side: int = places[0]
+        self.tool_side: int | None = places[1] if len(places) == 2 else None
 
-    def links(self, parameters=False):
+    def links(self, parameters: bool = False) -> tuple[Link, ...]:
         """Return the chain from the workpiece to the tool as `mathpost.chain.links` builds it."""
         return chain.links(self.machine, parameters)
 
-    def forward_symbolic(self, parameters=False):
+    def forward_symbolic(self, parameters: bool = False) -> sp.Matrix:
         """Return the 4×4 matrix workpiece_from_tool in the joint symbols (radians).
 
         Its last column is the tool tip, its third the tool axis. With `parameters` the machine's offsets and
@@ -148,16 +157,16 @@ class Kinematics:
         return chain.workpiece_from_tool(self.machine, parameters)
 
     @cached_property
-    def inverse_symbolic(self):
+    def inverse_symbolic(self) -> Inverse:
         """The derivation of the inverse as an `Inverse`, by `derive`."""
         return derive(self.machine)
 
     @cached_property
-    def reach(self):
+    def reach(self) -> tuple[float, ...]:
         """Smallest and greatest angle between the tool axis and `Inverse.pole`, radians."""
         return tuple(float(sp.N(angle)) for angle in self.inverse_symbolic.reach)
 
-    def forward(self, joints, *, degrees=False):
+    def forward(self, joints: ArrayLike, *, degrees: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Return the tool tip and the tool axis in the workpiece.
 
         Parameters
@@ -178,7 +187,7 @@ class Kinematics:
         pose = self._pose(*chain.joint_values(self.machine, joints, degrees))
         return pose[..., :3], pose[..., 3:]
 
-    def inverse(self, tip, axis, *, degrees=False):
+    def inverse(self, tip: ArrayLike, axis: ArrayLike, *, degrees: bool = False) -> np.ndarray:
         """Return the joints of both branches.
 
         Parameters
@@ -229,7 +238,7 @@ class Kinematics:
             joints = np.concatenate([joints, np.full_like(joints, np.nan)], axis=1)
         return joints
 
-    def close(self, tip, rotary):
+    def close(self, tip: ArrayLike, rotary: ArrayLike) -> np.ndarray:
         """Return the joints that put the tool tip at `tip` with the rotary angles given: X Y Z close the loop.
 
         `tip` has shape (..., 3), mm in the workpiece; `rotary` (..., k) for k rotary axes, radians in the order of
@@ -240,7 +249,7 @@ class Kinematics:
         linear = closing(*np.moveaxis(tip, -1, 0), *np.moveaxis(rotary, -1, 0))
         return np.concatenate([linear, np.broadcast_to(rotary, (*linear.shape[:-1], rotary.shape[-1]))], axis=-1)
 
-    def reach_terms(self, axis):
+    def reach_terms(self, axis: ArrayLike) -> np.ndarray:
         """Return r − D and r + D of `Inverse` for unit tool axes (..., 3): 0 at the ends of reach, NaN beyond."""
         derived = self.inverse_symbolic
         evaluate = numeric((derived.below, derived.above), derived.axis)
@@ -258,7 +267,9 @@ class Kinematics:
         return numeric(*solved(self.inverse_symbolic, self.symbols[3:]))
 
 
-def solved(derived, rotary):
+def solved(
+    derived: Inverse, rotary: tuple[sp.Symbol, ...]
+) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[tuple[sp.Symbol, sp.Expr], ...]]:
     """Return an `Inverse` solved for the joints, as expressions, their arguments, and pairs of name and meaning.
 
     For each branch X Y Z, the angles `rotary` and the sum of the squares of `Inverse.turn`, which is 0 at the pole;
@@ -266,7 +277,9 @@ def solved(derived, rotary):
     the angles come from: none is computed from an angle. The named symbols stand in the expressions for terms that
     sympy would otherwise look at each time.
     """
-    entries, named = [], {}  # of a symbol sympy knows that it is real; of what it stands for it would ask at length
+    entries: list[sp.Expr] = []
+    # Of a symbol sympy knows that it is real; of what it stands for it would ask at length.
+    named: dict[sp.Symbol, sp.Expr] = {}
     for branch, solution in enumerate(derived.solutions or (None,)):
         cosine, sine, rise, run = sp.symbols([f"{name}_{branch}" for name in ("c", "s", "rise", "run")], real=True)
         squared = sp.Symbol(f"squared_{branch}", positive=True)

@@ -4,12 +4,16 @@ The file is described by `data/machines/dmu50v.toml`, which uses every key. Leng
 angles are degrees in the file and radians in the objects.
 """
 
+from __future__ import annotations
+
 import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.files import data_file
@@ -39,7 +43,7 @@ class Rotary:
     max_rate: float | None = None  # radians per second
     max_acceleration: float | None = None  # radians per second squared
 
-    def nearest_turn(self, angle, present=0.0):
+    def nearest_turn(self, angle: float, present: float = 0.0) -> float:
         """Return `angle` plus the whole turns that bring it nearest to `present` within travel, or NaN; degrees.
 
         Examples
@@ -52,7 +56,7 @@ class Rotary:
         low, high = np.ceil((ends[0] - angle) / 360), np.floor((ends[1] - angle) / 360)
         return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
 
-    def turns(self, angle, present=0.0):
+    def turns(self, angle: float, present: float = 0.0) -> list[float]:
         """Return `angle` in every whole turn inside travel, degrees, the nearest to `present` first.
 
         At most `MOST_TURNS` to either side. Without an end of travel, or outside of it, the angle itself alone.
@@ -111,17 +115,17 @@ class Machine:
     safe: tuple | None = None
 
     @property
-    def joint_names(self):
+    def joint_names(self) -> tuple[str, ...]:
         """Names of the joints, in joint order."""
         return tuple(joint.name for joint in (*self.linear, *self.rotary))
 
-    def slides_that_carry(self, side):
+    def slides_that_carry(self, side: str) -> tuple[str, ...]:
         """Return the names of the slides on the side of ``"workpiece"`` or ``"tool"``, from the bed outwards."""
         sides = {joint.name: joint.carries for joint in self.linear}
         return tuple(name for name in self.slide_order if sides[name] == side)
 
     @property
-    def slides(self):
+    def slides(self) -> np.ndarray:
         """What the slides X Y Z stand at when their words are 0, mm, shape (3,); see `limits_of`."""
         if self.limits_of == "words":
             return np.zeros(3)
@@ -129,28 +133,28 @@ class Machine:
         return np.array(self.origin) + (self.programmed_point == "tip") * self.tool_length * axis
 
     @property
-    def limits(self):
+    def limits(self) -> np.ndarray:
         """Travel of the k joints as words, shape (k, 2): mm and radians."""
         limits = np.array([joint.limits for joint in (*self.linear, *self.rotary)])
         limits[:3] -= self.slides[:, None]
         return limits
 
     @property
-    def ends(self):
+    def ends(self) -> np.ndarray:
         """`limits` and what a joint may stand beyond them by rounding: the one place that says so."""
         return _widened(self.limits)
 
     @property
-    def endless(self):
+    def endless(self) -> np.ndarray:
         """Which of the k joints are rotary axes without an end of travel, shape (k,)."""
         return ~np.isfinite(self.limits).all(axis=1) & (np.arange(len(self.joint_names)) > 2)
 
-    def within(self, joints):
+    def within(self, joints: ArrayLike) -> np.ndarray:
         """Return whether each of the joints, shape (..., k) in mm and radians, is inside travel; NaN is not."""
         low, high = self.ends.T
         return (low <= joints) & (joints <= high)
 
-    def out_of_travel(self, joints):
+    def out_of_travel(self, joints: ArrayLike) -> list[str]:
         """Return a sentence for each of the joints, shape (k,) in mm and radians, that is outside travel."""
         moved = np.r_[self.slides, np.zeros(len(self.rotary))]  # where the slides are
         values, (low, high) = (joints + moved) * self.units, (self.limits.T + moved) * self.units
@@ -162,29 +166,29 @@ class Machine:
         ]
 
     @property
-    def max_rates(self):
+    def max_rates(self) -> np.ndarray:
         """Greatest rates of the k joints, shape (k,): mm/s and rad/s, NaN where not stated."""
         return np.array([joint.max_rate for joint in (*self.linear, *self.rotary)], dtype=float)
 
     @property
-    def max_accelerations(self):
+    def max_accelerations(self) -> np.ndarray:
         """Greatest accelerations of the k joints, shape (k,): mm/s² and rad/s², NaN where not stated."""
         return np.array([joint.max_acceleration for joint in (*self.linear, *self.rotary)], dtype=float)
 
     @property
-    def arrangement(self):
+    def arrangement(self) -> str:
         """``"table-table"``, ``"head-table"`` or ``"head-head"``; of one rotary axis ``"table"`` or ``"head"``."""
         heads = sum(rotary.carries == "tool" for rotary in self.rotary)
         return "-".join(["head"] * heads + ["table"] * (len(self.rotary) - heads))
 
     @property
-    def units(self):
+    def units(self) -> np.ndarray:
         """mm and degrees of one mm or radian of each joint, shape (k,)."""
         return UNITS[: len(self.joint_names)]
 
-    def with_setup(self, *, origin=None, tool_length=None):
+    def with_setup(self, *, origin: ArrayLike | None = None, tool_length: float | None = None) -> Machine:
         """Return the same machine with another workpiece origin (mm) or tool length (mm); `InputError` if wrong."""
-        changes = {}
+        changes: dict[str, Any] = {}
         if origin is not None:
             changes["origin"] = tuple(as_array(origin, 3, "origin").tolist())
         if tool_length is not None:
@@ -198,7 +202,7 @@ def _widened(limits):
     return np.add(limits, (-TRAVEL_TOLERANCE, TRAVEL_TOLERANCE))
 
 
-def load(path):
+def load(path: Path | str) -> Machine:
     """Read a `Machine` from the TOML file `path`, or by the name of one that comes with the package.
 
     `InputError` is raised if there is no such machine, or the file cannot be read, is not TOML, lacks a key, has
@@ -215,7 +219,7 @@ def load(path):
     return from_dict(read_toml(path), str(path))
 
 
-def find(path):
+def find(path: Path | str) -> Path | str:
     """Return `path`, or the file of the machine of that name that comes with the package."""
     shipped = {file.stem: file for file in sorted(data_file("machines").glob("*.toml"))}
     if not Path(path).suffix and not Path(path).exists() and str(path) not in shipped:
@@ -223,7 +227,7 @@ def find(path):
     return path if Path(path).exists() else shipped.get(str(path), path)
 
 
-def from_dict(content, where="machine"):
+def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
     """Build a machine from the content of a TOML file; `where` begins every error message."""
     file = TomlTable(content, where)
     rotary = file.take("rotary", each(dict), "one or two [[rotary]] tables")

@@ -7,6 +7,7 @@ matrices are sympy's own, so that no rotation matrix is typed here.
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 from sympy.matrices import rot_axis1, rot_axis2, rot_axis3, rot_ccw_axis1, rot_ccw_axis2, rot_ccw_axis3
 
 from mathpost.errors import InputError, as_array
@@ -17,7 +18,7 @@ ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
 SHORTEST = 1e-9  # a vector no longer than this has no direction
 
 
-def about(axis, angle):
+def about(axis: sp.Matrix, angle: sp.Expr) -> sp.Matrix:
     """Return the active rotation by `angle` about the unit vector `axis` (Rodrigues), symbolically.
 
     Written as c·I + (1 − c)·v·vᵀ + s·[v]×, the form in which source 002 expands its tilted B axis. The angle is in
@@ -34,7 +35,7 @@ def about(axis, angle):
     return cosine * sp.eye(3) + (1 - cosine) * v * v.T + sine * v.hat()
 
 
-def as_rotation(matrix, where="rotation"):
+def as_rotation(matrix: ArrayLike, where: str = "rotation") -> np.ndarray:
     """Return `matrix` as a float array of shape (..., 3, 3) if it is a rotation, or raise `InputError`.
 
     Rounding to six decimals is accepted, and left as it is.
@@ -53,8 +54,9 @@ def as_rotation(matrix, where="rotation"):
     return array
 
 
-def unit(vectors, where="axis"):
+def unit(vectors: ArrayLike, where: str = "axis") -> np.ndarray:
     """Return `vectors`, shape (..., n), with length 1; raise `InputError` where one has none."""
+    vectors = np.asarray(vectors)
     length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
     if not (length > SHORTEST).all():
         index = tuple(map(int, np.argwhere(length <= SHORTEST)[0]))
@@ -62,7 +64,7 @@ def unit(vectors, where="axis"):
     return vectors / length[..., None]
 
 
-def wrap(angles, turn=360.0):
+def wrap(angles: ArrayLike, turn: float = 360.0) -> np.ndarray:
     """Return `angles` less whole turns, in (−turn/2, turn/2]; what is 1e-12 turns above the open end is the other.
 
     Examples

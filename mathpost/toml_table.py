@@ -1,6 +1,11 @@
 """TOML files read key by key, so that a wrong or unknown key is an error that names it."""
 
+from __future__ import annotations
+
 import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from mathpost.errors import InputError
 from mathpost.files import read_text
@@ -8,7 +13,7 @@ from mathpost.files import read_text
 LARGEST = 1e9  # of any number
 
 
-def read_toml(path):
+def read_toml(path: Path | str) -> dict[str, Any]:
     """Return the content of the TOML file `path` as a dict; raise `InputError` if it is none."""
     text = read_text(path)
     try:
@@ -20,12 +25,12 @@ def read_toml(path):
 class TomlTable:
     """A TOML table that is emptied key by key, so that what is left over is a key nobody knows."""
 
-    def __init__(self, content, where):
+    def __init__(self, content: dict[str, Any] | None, where: str) -> None:
         if not isinstance(content, dict):
             raise InputError(where, "a table of keys", "nothing" if content is None else repr(content))
         self.content, self.where = dict(content), where
 
-    def take(self, key, read, expected, *default):
+    def take(self, key: str, read: Callable, expected: str, *default: Any) -> Any:
         if key not in self.content:
             if default:
                 return default[0]
@@ -36,10 +41,10 @@ class TomlTable:
         except (TypeError, ValueError, OverflowError):
             raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
 
-    def table(self, key, optional=False):
+    def table(self, key: str, optional: bool = False) -> TomlTable:
         return TomlTable(self.content.pop(key, {} if optional else None), f"{self.where}, [{key}]")
 
-    def done(self):
+    def done(self) -> None:
         if self.content:
             key = next(iter(self.content))
             raise InputError(f"{self.where}, key {key!r}", "no such key", repr(self.content[key]))
@@ -48,7 +53,7 @@ class TomlTable:
 # Readers return what they make of a value or raise ValueError or TypeError; `TomlTable.take` says where.
 
 
-def only_if(holds, read=lambda value: value):
+def only_if(holds: Callable, read: Callable = lambda value: value) -> Callable:
     """A reader of what `holds` of once it has been read."""
 
     def checked(value):
@@ -59,21 +64,21 @@ def only_if(holds, read=lambda value: value):
     return checked
 
 
-def a_number(value):
+def a_number(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
         raise ValueError
     return float(value)
 
 
-def numbers(count):
+def numbers(count: int) -> Callable:
     return only_if(lambda found: len(found) == count, lambda value: tuple(map(a_number, value)))
 
 
-def each(kind):
+def each(kind: type) -> Callable:
     return only_if(lambda value: isinstance(value, list) and all(isinstance(entry, kind) for entry in value))
 
 
-def one_of(*words):
+def one_of(*words: str) -> tuple[Callable, str]:
     return only_if(lambda value: value in words), " or ".join(f'"{word}"' for word in words)
 
 

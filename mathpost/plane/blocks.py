@@ -19,7 +19,9 @@ MODES = {_mode(name[-3:]): name for name in NOTATIONS if re.fullmatch("CYCLE800 
 MODE_SOLID = 64  # bits 7-6 of _MODE are 01; axis by axis they are 00
 
 
-def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction=-1):
+def to_text(
+    plane: Plane, *, decimals: int = 4, positioning: str = "STAY", swivel_data: str = "TC1", direction: int = -1
+) -> str:
     """Return the NC block or blocks of one `Plane`, lines without block numbers.
 
     The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift goes before, if it is not zero. Angles
@@ -60,7 +62,7 @@ def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", directi
     return f"{shift}{plane.notation} {words} {positioning}" if kind == "PLANE" else f"{shift}AROT {words}"
 
 
-def from_text(text, *, keep=""):
+def from_text(text: str, *, keep: str = "") -> Plane:
     """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
 
     Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over. `InputError` names the line where a
@@ -80,7 +82,7 @@ def from_text(text, *, keep=""):
             origin = _words(block, "XYZ", where, optional=True)
         elif plane and plane.notation == "CYCLE800 solid" and re.fullmatch(rf"AROT\s+Z\s*=?\s*{NUMBER}", block):
             rest = _words(block, "Z", where)
-            plane = Plane(plane.notation, [*plane.values[:2], plane.values[2] + rest[0]], plane.origin)
+            plane = Plane(plane.notation, np.add(plane.values, [0, 0, rest[0]]), plane.origin)
         elif plane:
             raise InputError(where, "one plane only", repr(block))
         else:
@@ -90,7 +92,7 @@ def from_text(text, *, keep=""):
     return plane
 
 
-def swivel(text):
+def swivel(text: str) -> tuple[bool, int]:
     """Whether a CYCLE800 leaves the slides where they stand, and its direction: −1, +1, or 0 where nothing turns.
 
     Examples

@@ -7,10 +7,14 @@ the order of the machine file. Of an angle and its whole turns a control is take
 the axis stands, within travel; an endless axis then shows it in (−180, 180], which is the same place.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost import euler
 from mathpost.chain import machine_frames
@@ -42,13 +46,13 @@ class Solution:
     why: str = ""  # the clause of a control's rule that chose it
 
     @property
-    def parallel(self):
+    def parallel(self) -> list[tuple[str, str]]:
         """Pairs of a linear axis and the feature's that it is parallel to; source 000 asks for one with X or Y."""
         slides, axes = self.slides.T, self.feature.rotation.T
         sines = np.linalg.norm(np.cross(slides[:, None], axes), axis=-1)
         return [("XYZ"[linear], "XYZ"[axis]) for linear, axis in np.argwhere(sines < PARALLEL)]
 
-    def third_angle(self, along="spindle", feature="X"):
+    def third_angle(self, along: str = "spindle", feature: str = "X") -> float:
         """Return the third ZXZ angle K, degrees in (−180, 180], that lays the feature's X or Y along a direction.
 
         `along` is ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis of the
@@ -81,7 +85,7 @@ class Alignment:
     tool_side: int  # and next to the tool, the same where there is one
     free: bool  # the workpiece-side axis is parallel to the feature's Z and may stand anywhere; it is given at 0
 
-    def at(self, angles):
+    def at(self, angles: ArrayLike) -> Solution:
         """Return the `Solution` at these rotary angles, degrees, whether or not the tool then stands on Z."""
         angles = np.asarray(angles, dtype=float)
         workpiece, tool = machine_frames(self.machine, [0, 0, 0, *angles], degrees=True)
@@ -91,12 +95,12 @@ class Alignment:
         return Solution(angles, spindle, slides, rho, self.feature, reason)
 
     @cached_property
-    def solutions(self):
+    def solutions(self) -> tuple[Solution, ...]:
         """The `Solution` of each position."""
         return tuple(map(self.at, self.positions))
 
 
-def align(feature, machine):
+def align(feature: Frame, machine: Machine | Kinematics) -> Alignment:
     """Return the `Alignment` of one feature, a `Frame` in the workpiece, on a `Machine` or its `Kinematics`.
 
     Two rotary axes place the tool axis and nothing else: `Solution.rho` is the angle left about it. `ReachError` if
@@ -127,15 +131,15 @@ def align(feature, machine):
         pole = np.array(kinematics.inverse_symbolic.pole, dtype=float)
         angle = np.degrees(np.arccos(np.clip(pole @ feature.z, -1, 1)))
         end = " ".join(f"{x:z.3f}" for x in pole)
-        pole = f"the pole ({end}), the end of axis {workpiece_side.name}"
-        stands = f"the feature's Z stands {angle:.4f} degrees from {pole}"
+        where = f"the pole ({end}), the end of axis {workpiece_side.name}"
+        stands = f"the feature's Z stands {angle:.4f} degrees from {where}"
         allows = f"only from {low:.4f} to {high:.4f}" if high > low else f"only at {low:.4f}"
         raise ReachError(f"{machine.name}: {stands}, which {tool_side.name} allows {allows}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
     return Alignment(feature, machine, joints[:, 3:], *places, free)
 
 
-def beyond_travel(machine, angles):
+def beyond_travel(machine: Machine, angles: Iterable[float]) -> str:
     """Say which rotary axis cannot stand at its angle (degrees), nor whole turns from it; empty if all can."""
     for rotary, angle in zip(machine.rotary, angles, strict=True):
         if np.isnan(rotary.nearest_turn(angle)):
@@ -151,7 +155,7 @@ def _turn(direction, feature):
     return float(wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x))))
 
 
-def fanuc(alignment, present, *, master=None):
+def fanuc(alignment: Alignment, present: ArrayLike, *, master: str | None = None) -> Solution:
     """Choose as Fanuc's G53.1 does (Series 16i/18i-MB).
 
     The smallest motion of the master axis; if equal, of the slave; if equal, the master nearest to 0; if equal, the
@@ -168,12 +172,22 @@ def fanuc(alignment, present, *, master=None):
     first = _joint(alignment, master) if master else 0
     order = (first, 1 - first)[: len(alignment.machine.rotary)]
     names = {n: alignment.machine.joint_names[3 + n] for n in order}
-    clauses = {f"smallest motion of {name}": lambda _, motion, n=n: abs(motion[n]) for n, name in names.items()}
+    clauses: dict[str, Callable] = {
+        f"smallest motion of {name}": lambda _, motion, n=n: abs(motion[n]) for n, name in names.items()
+    }
     clauses |= {f"{name} nearest to 0": lambda angles, _, n=n: abs(wrap(angles[n])) for n, name in names.items()}
     return _choose(alignment, present, clauses)
 
 
-def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD"):
+def heidenhain(
+    alignment: Alignment,
+    present: ArrayLike,
+    *,
+    seq: str = "",
+    sym: str = "",
+    symmetry: float = 0.0,
+    rot: str = "COORD",
+) -> Solution:
     """Choose as Heidenhain's PLANE does: SEQ or SYM by the master axis, otherwise by travel and shortest path.
 
     The master is the first rotary axis from the tool. The manual does not say how a path is measured nor what
@@ -203,7 +217,7 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
     return _choose(alignment, present, clauses, refuse, turn_table=rot == "TABLE", alone=word if side else ALONE)
 
 
-def siemens(alignment, present, direction, *, reference=None):
+def siemens(alignment: Alignment, present: ArrayLike, direction: int, *, reference: str | None = None) -> Solution:
     """Choose as CYCLE800's _DIR does: the lower (−1) or the higher (+1) value of the reference rotary axis.
 
     If that is out of travel the other is taken, as the manual says. `reference` names the axis, which is set when

@@ -4,7 +4,9 @@ A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numb
 they stand in an NC program.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, field
 from itertools import permutations
 
 import numpy as np
@@ -58,10 +60,10 @@ class Plane:
 
     notation: str  # one of `NOTATIONS`
     values: np.ndarray  # in the order of the words, degrees, shape (..., 3); of PLANE VECTOR no unit, (..., 6)
-    origin: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)  # in the workpiece, mm, (..., 3)
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in the workpiece, mm, (..., 3)
     keep: str = ""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.notation not in NOTATIONS:
             raise InputError("notation", f"one of {', '.join(NOTATIONS)}", repr(self.notation))
         if self.keep not in ("", "B", "N"):
@@ -72,7 +74,7 @@ class Plane:
             self._vectors()
 
     @classmethod
-    def from_frame(cls, frame, notation):
+    def from_frame(cls, frame: Frame, notation: str) -> Plane:
         """Write `frame` in `notation`; where that locks, by the rule that `note` states. EULROT is in [0, 360)."""
         about = NOTATIONS.get(notation)  # the plane itself refuses an unknown one
         if about and about.sequence:
@@ -83,23 +85,23 @@ class Plane:
             values[..., 2] %= 360
         return cls(notation, values, frame.origin)
 
-    def to(self, notation):
+    def to(self, notation: str) -> Plane:
         """Return the same plane in another notation."""
         return Plane.from_frame(self.frame, notation)
 
     @property
-    def words(self):
+    def words(self) -> tuple[str, ...]:
         """The names of the values, in their order."""
         return NOTATIONS[self.notation].words
 
-    def __getitem__(self, word):
+    def __getitem__(self, word: str) -> np.ndarray:
         """The value of one word, shape (...)."""
         if word not in self.words:
             raise InputError(self.notation, f"one of {', '.join(self.words)}", repr(word))
         return self.values[..., self.words.index(word)]
 
     @property
-    def frame(self):
+    def frame(self) -> Frame:
         """The feature in the workpiece, a `Frame`."""
         sequence = NOTATIONS[self.notation].sequence
         if sequence:
@@ -110,13 +112,13 @@ class Plane:
         return Frame.from_axes(normal, base, self.origin, "WCS", "feature")
 
     @property
-    def locked(self):
+    def locked(self) -> np.bool | np.ndarray:
         """Whether two of the angles turn about one line, so that only their sum or difference counts."""
         sequence, rotation = NOTATIONS[self.notation].sequence, self.frame.rotation
         return euler.is_locked(sequence, rotation) if sequence else np.zeros(rotation.shape[:-2], dtype=bool)
 
     @property
-    def note(self):
+    def note(self) -> str:
         """What was done at the lock, in words; empty if nothing had to be."""
         if not np.any(self.locked):
             return ""

@@ -1,7 +1,11 @@
 """The two ZXZ recipes of source 000, step by step."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -11,7 +15,7 @@ from mathpost.formula import from_angles
 from mathpost.rotation import PASSIVE
 
 
-def zxz_right(alpha, beta, gamma, *, degrees=False):
+def zxz_right(alpha: Any, beta: Any, gamma: Any, *, degrees: bool = False) -> Any:
     """Return the passive ZXZ matrix by the first recipe of source 000: E_z(γ)·E_x(β)·E_z(α).
 
     It takes the coordinates of a fixed point from the initial frame into the frame that was turned by α about
@@ -35,7 +39,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     return from_angles(_result(_right), (alpha, beta, gamma), degrees)
 
 
-def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
+def zxz_left_transposed(alpha: Any, beta: Any, gamma: Any, *, degrees: bool = False) -> Any:
     """Return the passive ZXZ matrix by the second recipe of source 000: (E_z(−α)·E_x(−β)·E_z(−γ))ᵀ.
 
     Parameters, result and errors are those of `zxz_right`. The two agree identically, whichever elementary
@@ -59,7 +63,14 @@ class Step:
     value: np.ndarray | sp.Matrix
 
 
-def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
+def zxz_steps(
+    recipe: str,
+    angles: Sequence[Any],
+    point: Sequence[Any],
+    *,
+    elementary: dict[str, Callable] = PASSIVE,
+    degrees: bool = False,
+) -> list[Step]:
     """Return all the steps of one recipe of source 000 as a list of `Step`, numbered as in the source.
 
     Parameters

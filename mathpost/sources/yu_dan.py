@@ -4,16 +4,24 @@ Section 1.2 chooses the rotary angles: `cases`, `turns`, and `choose` by both. S
 singular region: `end_slopes`, `hermite` or `clamped`, `smooth`, and `lifted` for the retract.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.machine import TRAVEL_TOLERANCE
 from mathpost.post.proof import deviation, from_segment
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
 
 
 @dataclass(frozen=True)
@@ -26,11 +34,11 @@ class Case:
     steps: tuple = ()  # radians from the record before for κ = 0 and 1
 
     @property
-    def angle(self):
+    def angle(self) -> float:
         """The angle (−1)^κ·|θ|, radians; NaN in case (1)."""
         return np.nan if self.kappa is None else float((-1) ** self.kappa * self.size)
 
-    def __str__(self):
+    def __str__(self) -> str:
         if self.kappa is None:
             return f"case (1): |θ| = {np.degrees(self.size):.3f}° is outside travel"
         steps = ", steps {:.3f}° and {:.3f}° for κ = 0 and 1".format(*np.degrees(self.steps)) if self.steps else ""
@@ -47,12 +55,12 @@ class Turn:
     delta_2: float
 
     @property
-    def taken(self):
+    def taken(self) -> float:
         """The angle that the rule takes."""
         return self.angle if self.delta_1 <= self.delta_2 else self.turned
 
 
-def cases(kin, cl, prefer):
+def cases(kin: Kinematics, cl: CLData, prefer: int) -> list[Case]:
     """Return the `Case` of each record; that before the first is taken to stand at 0.
 
     `prefer`, 1 or -1, is the sign of the dominant range (优势区间) of the tilting axis, for case (2) and the ties
@@ -69,11 +77,12 @@ def cases(kin, cl, prefer):
     if derived.tool_side is None:
         raise InputError("strategy 'paper'", "a machine with two rotary axes", "one")
     if derived.solutions[0] != -derived.solutions[1]:
-        found = f"{kin.machine.name}, where it is elsewhere"
-        raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.tool_side}", found)
+        elsewhere = f"{kin.machine.name}, where it is elsewhere"
+        raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.tool_side}", elsewhere)
     near, far = np.sort(np.abs(kin.machine.limits[kin.tool_side])) + TRAVEL_TOLERANCE
     dominant = 0 if prefer > 0 else 1
-    found, before = [], 0.0
+    found: list[Case] = []
+    before = 0.0
     for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, kin.tool_side]).tolist():
         case, steps = Case(1, size, None), (abs(size - before), abs(-size - before))
         if size <= near:
@@ -85,21 +94,22 @@ def cases(kin, cl, prefer):
     return found
 
 
-def turns(angles):
+def turns(angles: np.ndarray) -> list[Turn]:
     """The `Turn` of each workpiece-side angle (radians) between the first and the last.
 
     The next angle has not been corrected by then, as in the paper: an even walk across ±180° stays broken.
     """
-    angles, found = [float(angle) for angle in angles], []
-    for record in range(1, len(angles) - 1):
-        before, angle, after = angles[record - 1 : record + 2]
+    corrected = [float(angle) for angle in angles]
+    found: list[Turn] = []
+    for record in range(1, len(corrected) - 1):
+        before, angle, after = corrected[record - 1 : record + 2]
         turned = angle - 2 * np.pi * np.sign(angle)
         found.append(Turn(angle, turned, *(abs(each - before) + abs(each - after) for each in (angle, turned))))
-        angles[record] = found[-1].taken
+        corrected[record] = found[-1].taken
     return found
 
 
-def choose(kin, cl, prefer):
+def choose(kin: Kinematics, cl: CLData, prefer: int) -> tuple[np.ndarray, np.ndarray]:
     """Return joints (n, 5) and branches (n,) by `cases`, equation (6) and `turns`; `ReachError` out of travel."""
     found = cases(kin, cl, prefer)
     for record, case in enumerate(found):
@@ -114,7 +124,7 @@ def choose(kin, cl, prefer):
     return joints, branch
 
 
-def four_records(joints, region):
+def four_records(joints: np.ndarray, region: tuple[int, int]) -> np.ndarray:
     """Return the joints, shape (4, 5), of the records s − 1, s, e, e + 1 about the region (s, e)."""
     first, last = region
     if not 0 < first < last < len(joints) - 1:
@@ -122,7 +132,7 @@ def four_records(joints, region):
     return np.asarray(joints, dtype=float)[[first - 1, first, last, last + 1]]
 
 
-def end_slopes(rows, dt=(1.0, 1.0)):
+def end_slopes(rows: np.ndarray, dt: tuple[float, float] = (1.0, 1.0)) -> tuple[np.ndarray, np.ndarray]:
     """Return k₁ and k₂ of equation (7), what changes per unit of the virtual time into and out of the region.
 
     `rows`, shape (4, ...), is M from `four_records`; `dt` the virtual time from s − 1 to s and from e to e + 1.
@@ -132,7 +142,7 @@ def end_slopes(rows, dt=(1.0, 1.0)):
 
 
 @cache
-def hermite():
+def hermite() -> sp.Expr:
     """Return the cubic that equation (7) clamps, t from 0 to T, as a sympy expression from its four conditions.
 
     Examples
@@ -147,29 +157,39 @@ def hermite():
     return cubic.subs(sp.solve([each.subs(t, at) - value for each, at, value in ends], unknown))
 
 
-def clamped(rows, span=1.0, dt=(1.0, 1.0)):
+def clamped(
+    rows: np.ndarray, span: float = 1.0, dt: tuple[float, float] = (1.0, 1.0)
+) -> scipy.interpolate.CubicSpline:
     """Return the same cubic as a SciPy `CubicSpline` from 0 to `span`; `rows` and `dt` as in `end_slopes`."""
     k_1, k_2 = end_slopes(rows, dt)
     return scipy.interpolate.CubicSpline([0, span], [rows[1], rows[2]], bc_type=((1, k_1), (1, k_2)))
 
 
-def paper_clamped(rows, t):
+def paper_clamped(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
     """The cubic of the text, in all five joints as the text has it: X Y Z leave the part. `t` runs from 0 to 1."""
     return clamped(rows)(t)
 
 
-def paper_cubic(rows, t):
+def paper_cubic(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
     """The cubic of table 3, as its 25 numbers show: one through the records at t = −1, 0, 1, 2, all five joints."""
     return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
 
 
-def paper_literal(rows, t):
+def paper_literal(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
     """The cubic spline of the text taken literally: through the four records, with k₁ and k₂ at the outer ends."""
     k_1, k_2 = end_slopes(rows)
     return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type=((1, k_1), (1, k_2)))(t)
 
 
-def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
+def smooth(
+    kin: Kinematics,
+    cl: CLData,
+    joints: np.ndarray,
+    region: tuple[int, int],
+    n: int,
+    *,
+    dt: tuple[float, float] = (1.0, 1.0),
+) -> tuple[np.ndarray, np.ndarray]:
     """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
 
     `joints`, shape (m, 5), are those of all records, mm and radians; `region` is the first and the last record,
@@ -181,13 +201,15 @@ def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
     return place, kin.close(cl.at(place)[0], curve(place - first))
 
 
-def lifted(kin, joints, clearance):
+def lifted(kin: Kinematics, joints: ArrayLike, clearance: float | np.ndarray) -> np.ndarray:
     """Return joints (..., 5), the tip moved by `clearance` (ΔA, mm) along the tool axis: (9), or back (10)."""
     tip, axis = kin.forward(joints)
     return kin.close(tip + clearance * axis, np.asarray(joints)[..., 3:])
 
 
-def equation_8(kin, start, end, tolerance, *, max_depth=12):
+def equation_8(
+    kin: Kinematics, start: np.ndarray, end: np.ndarray, tolerance: float, *, max_depth: int = 12
+) -> tuple[np.ndarray, float, float]:
     """Divide a move by equation (8) of source 002 taken literally, for the audit only.
 
     The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
