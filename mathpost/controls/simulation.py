@@ -137,9 +137,10 @@ def _parameters(machine):
     values = {f"{axis}-rot-point": value for axis, value in zip("xyz", turn, strict=True)}
     values |= {f"{'xyz'[n]}-offset": (tilt - turn)[n] for n in (across, 2)}
     told = ", ".join(f"{pin} {value:g}" for pin, value in values.items())
-    against = " and ".join(joint.name for joint, axis in zip(machine.rotary, axes, strict=True) if axis.sum() < 0)
+    against = [joint.name for joint, axis in zip(machine.rotary, axes, strict=True) if axis.sum() < 0]
     sign = "turns the workpiece positively, as this machine does"
     if against:
-        sign = f"turns the workpiece positively; here {against} does not (ISO 841): it would put the tip elsewhere"
+        these = f"{' and '.join(against)} {'does' if len(against) == 1 else 'do'} not (ISO 841)"
+        sign = f"turns the workpiece positively; here {these}: it would put the tip elsewhere"
     own = f"xyz{names.lower()}-trt-kins"
     return f"LinuxCNC's own {own} takes {told},\n   tool-offset {machine.tool_length:g}. It {sign}."

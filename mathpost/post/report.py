@@ -160,7 +160,8 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
     if rapid:
         yield "rapid moves: each axis runs at its own rate on this control, so only their ends are proved"
     if (np.isnan(path.cl.feeds) & ~path.cl.rapid).any():
-        yield "the CL data state no feed for some moves; they carry no F word"
+        told = "state the time of the slowest axis" if options.control.feed_stated else "carry no F word"
+        yield f"the CL data state no feed for some moves; they {told}"
     swings = np.degrees(np.abs(np.diff(plan.chosen.joints[:, 3:], axis=0)).max(axis=1))
     if swings.max(initial=0) > 90:
         record = path.first + int(swings.argmax())
