@@ -7,6 +7,9 @@ from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
 from mathpost.draw.live import Moving, printed, recorded, slider, subplots
 from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
+from mathpost.measure.fit import coverage_factor
+
+K = float(coverage_factor(np.inf))  # U = K u where the noise is known
 
 
 def datum_after_rotation(centre_a, centre_b, point):
@@ -99,7 +102,7 @@ def rotation_centre(rotary):
     set_to = [symbol / factor for symbol, factor in zip(symbols, scale, strict=False)]
     read, found, deviation = _fit(ball, set_to, at, symbols[-1] / 1000)
     got = [factor * value for factor, value in zip(scale, found, strict=True)]
-    spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
+    spread = [K * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
     (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), Moving()
     for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
@@ -107,7 +110,7 @@ def rotation_centre(rotary):
         moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
     left.set(xlim=(-130, 130), ylim=(-130, 130), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
     moving.line(right, "published", list(enumerate(symbols[:4])), "_", markersize=24, label="true")
-    moving.line(right, "workpiece", list(enumerate(got)), "o", label="recovered, ±3σ")
+    moving.line(right, "workpiece", list(enumerate(got)), "o", label="recovered, ± U (95 %)")
     for place, (value, half) in enumerate(zip(got, spread, strict=True)):
         moving.line(right, "workpiece", [(place, value - half), (place, value + half)])
     right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=range(4), xticklabels=names, ylabel="µm, µrad")
@@ -140,7 +143,7 @@ def rtcp_zero():
     axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
     axes.legend(fontsize=8)
     source = arcsec * sp.atan(read[0][2] / lengths[1])
-    numbers = arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source
+    numbers = arcsec * found[0], K * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source
     sliders = [slider("alpha", -40, 40, 29, unit="″"), *(slider(d, -60, 60, 0, unit="µm") for d in ("dy", "dL"))]
     sliders += [slider("psi", 1, 90, 5), slider("noise", 0, 2, 0, step=0.1, unit="µm")]
     said = "alpha {:1} ± {:1} arcsec, dy {:1} µm, dL {:1} µm; arctan(y/x) of the reading at +ψ: {:1} arcsec"

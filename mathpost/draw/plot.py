@@ -147,10 +147,11 @@ def turned_point(axes, path, centre, *, names):
 
 
 def ellipse(axes, centre, covariance, **style):
-    """Draw the ellipse of three standard deviations of a covariance, shape (2, 2), about `centre`."""
+    """Draw the ellipse about `centre` that holds 95 % of a normal cloud with this covariance, shape (2, 2)."""
     values, directions = np.linalg.eigh(covariance)
     turn = np.linspace(0, 2 * np.pi, 181)
-    ring = directions @ (3 * np.sqrt(values)[:, None] * [np.cos(turn), np.sin(turn)])
+    size = np.sqrt(-2 * np.log(0.05))  # a circle of that radius holds 95 % where both deviations are 1
+    ring = directions @ (size * np.sqrt(values)[:, None] * [np.cos(turn), np.sin(turn)])
     axes.plot(*(ring + np.reshape(centre, (2, 1))), **style)
 
 

@@ -45,7 +45,7 @@ def test_the_centre_recovered_is_that_of_a_whole_fit(noise):
     whole = ball.identify(readings, degrees=True, sigma=max(noise, 1) / 1000)
     assert got[::2] == pytest.approx(scale * list(whole.values.values()), abs=0.05)
     if noise:
-        assert got[1::2] == pytest.approx(3 * scale * np.sqrt(np.diag(whole.covariance)), rel=1e-3)
+        assert got[1::2] == pytest.approx(1.96 * scale * np.sqrt(np.diag(whole.covariance)), rel=1e-3)
 
 
 def test_the_zero_recovered_is_the_zero_set():

@@ -110,12 +110,12 @@ def probed_table(sense):
 
 
 @define("10-angles", Number(decimals=0))
-@slip("nine times", lambda: 9 * angles_needed(1))
-def angles_needed(sigmas=3):
+@slip("four times", lambda: 4 * angles_needed(1))
+def angles_needed(k=1.96):
     """Averaging is expensive. Two angles that are 180° apart give more than many within 90°."""
     for count in range(2, 200):
         at = {"angle": np.linspace(0, 90, count), "y": np.zeros(count), "z": np.zeros(count)}
-        if sigmas * probed_table(-1).identify(at, degrees=True, sigma=0.002).deviation("yc") <= 0.002:
+        if k * probed_table(-1).identify(at, degrees=True, sigma=0.002).deviation("yc") <= 0.002:
             return count
 
 
