@@ -87,7 +87,8 @@ def _fit(measurement, errors, at, sigma):
         slopes += [slope(*values) for values in at]
         noise += list(normal)
     slopes = sp.Matrix(slopes)
-    inverse = (slopes.T * slopes).inv(method="ADJ")
+    normal = slopes.T * slopes
+    inverse = normal.adjugate() / normal.det()  # `inv` would first prove that there is one, for seconds
     found = sp.Matrix(errors) + sigma * inverse * (slopes.T * sp.Matrix(noise))
     return read, list(found), [sigma * sp.sqrt(entry) for entry in inverse.diagonal()]
 
