@@ -301,3 +301,18 @@ def test_a_difference_of_lengths_that_is_none_is_not_right(tmp_path):
     assert _check(tmp_path, cells).verdict == "right"
     other = cells | {f"AA{n}": f"=SQRT(SUMSQ(A{n}:C{n}))" for n in ROWS}
     assert _check(tmp_path, other).verdict != "right"
+
+
+def test_a_formula_that_takes_an_empty_cell_is_not_right(tmp_path):
+    """An origin of 0 hides it: the numbers are the same."""
+    cells = _moved("WXY") | {"U6": 0}
+    assert _check(tmp_path, cells).verdict == "right"
+    last = ROWS[-1]
+    report = _check(tmp_path, cells | {f"Y{last}": f"=C{last}-$U$5"})
+    assert report.verdict != "right" and f"Y{last}" in str(report)
+
+
+def test_a_difference_that_is_a_sum_is_not_right(tmp_path):
+    cells = _table() | {"Q20": "difference of the lengths", "R20": "=G8-H8"}
+    assert _check(tmp_path, cells).verdict == "right"
+    assert _check(tmp_path, cells | {"R20": "=G8+H8"}).verdict != "right"

@@ -47,9 +47,8 @@ class Beside:
         self.around, labelled = Around(judge, self.known), Labelled(judge, self.known)
         for each in (self.around, labelled) if not judge.unexplained else ():
             judge.faults += each.faults(rest)
-        empty = {p for p in judge.graph.trees if self.known.takes_nothing(p)}
-        lost = {p for p in empty - rest if self._is_alone_in(p, empty)}  # a constant that is 0 may hide it
-        self.doubtful = self.around.doubtful | labelled.doubtful | (empty & rest) | lost
+        self.doubtful = self.around.doubtful | labelled.doubtful | set(filter(self.known.takes_nothing, rest))
+        self.doubtful |= set(filter(self._takes_an_empty_cell, self.places))
         rest -= self._judge_vectors(rest)
         judge.faults += labelled.compared(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
@@ -80,11 +79,11 @@ class Beside:
         judge.faults[before:] = sorted(own, key=lambda fault: self.graph.calculation_order(fault.place))
         self.unjudged = unknown | self.doubtful | composed | self._computed_points()
 
-    def _is_alone_in(self, place, places):
-        """Whether a cell is one of some places, and most formulas that are filled alike are not."""
-        graph = self.graph
-        mates = [p for p in graph.component[place] if p != place and graph.form(p) == graph.form(place)]
-        return 2 * sum(p in places for p in mates) < len(mates)
+    def _takes_an_empty_cell(self, place):
+        """Whether a formula takes a cell in which nothing is: a constant that is 0 may hide that it is a slip."""
+        graph, tree = self.graph, self.graph.tree(place)
+        single = [area.places[0] for area in areas(tree) if area.shape == (1, 1)] if tree[0] != "IF" else []
+        return not graph.cells.keys() >= set(single)
 
     def _scope(self):
         """The cells to judge, and those of them that no result needs."""

@@ -84,10 +84,12 @@ class Labelled:
         return bool(named) and any(same(self.judge.now(place), length) for length in self._lengths)
 
     def _is_no_difference(self, place, label):
-        """Whether a difference, by its label, is a coordinate itself, or one of a cell less itself."""
+        """Whether a difference, by its label, is a sum, a coordinate itself, or one of a cell less itself."""
         if any(part[0] == "-" and part[1] == part[2] for part in parts_of(self.graph.trees[place])):
             return True
         now, is_difference = self.judge.now(place), re.search(DIFFERENCE, label, re.I)
+        if is_difference and self.graph.trees[place][0] == "+" and not re.search(STATISTIC["SUM"], label, re.I):
+            return True
         return bool(is_difference) and any(same(now, each) for each in self._plain)
 
     def _is_in_radians(self, place):
