@@ -174,3 +174,12 @@ def test_a_result_that_is_another_reading_under_a_text_that_is_not_understood_is
             terms = (f"{address(('S', 2 + j, 10 + k))}*{address(('S', 7 + n, 1 + j))}" for j in range(3))
             cells["S", 7 + n, 4 + k] = "=" + "+".join(terms)
     assert checked(tmp_path / "turned.xlsx", cells | {("S", 1, 1): text}).verdict == TURNS[text]
+
+
+@pytest.mark.parametrize(("word", "verdict"), [(None, "right"), ("A", "unclear"), ("C", "unclear")])
+def test_a_rotary_word_is_not_converted_to_inches(word, verdict, tmp_path):
+    cells, rows, task = table("rounded")
+    for n, row in enumerate(rows):
+        for k, name in enumerate(("X", "Y", "Z", "A", "C")):
+            cells["S", 3 + n, 30 + k] = f"={address(row[name])}" + "/25.4" * (name in "XYZ" or name == word)
+    assert checked(tmp_path / "inches.xlsx", cells, task).verdict == verdict

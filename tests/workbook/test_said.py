@@ -17,6 +17,8 @@ from tests.workbook.test_strangers import ROOT, SHEETS, workbook
     [
         ("C_bn = R1(φ)·R2(θ)·R3(ψ), passive", "ZYX", False, ("ψ", "θ", "φ")),
         ("R3·R2·R1, the matrices of the steps", "ZXZ", False, ()),
+        ("intrinsic z-x-z, R = Rz(a) Rx(b) Rz(c); find R^T p", "ZXZ", False, ()),
+        ("intrinsic z-x-z, p' = R p with R = Rz(a) Rx(b) Rz(c), back p = R^T p'", "ZXZ", True, ("a", "b", "c")),
         ("aktive Drehmatrix R = Rz(ψ)·Ry(θ)·Rx(φ)", "ZYX", True, ("ψ", "θ", "φ")),
         ("r = Rz(Ω)·Rx(i)·Rz(ω)·q with active matrices", "ZXZ", True, ("Ω", "i", "ω")),
         ("R = Rz(Ω)·Rx(i)·Rz(ω) of active matrices, then transposed", "ZXZ", False, ()),

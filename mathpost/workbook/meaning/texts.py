@@ -58,6 +58,7 @@ TURNED = "|".join(  # by words that no transposed matrix takes back
     )
 )
 TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|(?<!R[·*×]R)ᵀ"
+TRANSPOSED += r"|\bR(?:\^T|\^-1|⁻¹) ?[·*×]? ?\(?p\b(?!['’′])"  # what becomes of the point, not of what became of it
 
 
 def reading(task, text, count=3):

@@ -210,7 +210,8 @@ class Known:
             vectors = {p for turn in self.turns for p in (*turn.point, *turn.results)}
             return same(value, np.ones(SAMPLES)) or vectors.issuperset(self.graph.uses[place])
         if tree[0] in ("*", "/") and tree[2][0] == "number" and tree[2][1] in LENGTHS:
-            return self.is_known(place, tree[1])
+            angles = self.found.turning | self.judge.periods.keys()  # which are no lengths
+            return angles.isdisjoint(self.graph.uses[place]) and self.is_known(place, tree[1])
         last = value.flat[-1]  # most numbers differ there, and they are in its order
         around = np.searchsorted(self.numbers[:, -1], last + np.array([-2, 2]) * CLOSE * (1 + abs(last)))
         known = self.numbers[slice(*around)]
