@@ -12,7 +12,7 @@ TOLD = 2  # decimals of a mm that tell a cause: the words may be made of rounded
 WORDS = 11  # tip, axis and five words
 ROWS = 40  # as many say what all do
 VAGUE = r"no single change|is not what belongs there| off$|demands"  # what says nothing of the cause
-NAMES = {"transpose": "transposed"}  # of kinds that are called otherwise here
+NAMES = {"transpose": "transposed", "exchange": "exchanged"}  # of kinds that are called otherwise here
 
 
 def or_else(table, values):
