@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 from urllib.parse import unquote
 
+import nbformat
 import pytest
 
 from mathpost.shell.main import COMMANDS, main
@@ -191,3 +192,17 @@ def test_the_site_and_the_readme_have_the_same_lessons(site):
     course = (site / "lessons/index.html").read_text(encoding="utf-8")
     listed = [name for name in re.findall(r'<li><a href="([\w]+)\.html"', course)]
     assert listed == [path.stem for path in sorted((ROOT / "notebooks").glob("*.ipynb"))]
+
+
+def test_a_folder_of_somebody_else_needs_no_form_and_links_to_what_was_built(tmp_path):
+    """A notebook that says nothing of itself is listed; the lessons in the browser only where they are."""
+    nbformat.write(nbformat.v4.new_notebook(), tmp_path / "empty.ipynb")
+    cells = [nbformat.v4.new_markdown_cell("# Mine\n\n$x^2$"), nbformat.v4.new_code_cell("not python (")]
+    nbformat.write(nbformat.v4.new_notebook(cells=cells), tmp_path / "mine.ipynb")
+    made = build.Site(tmp_path, tmp_path / "html")
+    assert [each.title for each in made.lessons] == ["empty", "Mine"] and "<math" in made.lessons[1].body
+    assert 'href="mine.html"' in made.filled("course", chart="")
+    assert "lite/index.html" not in made.filled("front", view="")
+    (tmp_path / "html/lite").mkdir(parents=True)
+    (tmp_path / "html/lite/index.html").touch()
+    assert "lite/index.html" in build.Site(tmp_path, tmp_path / "html").filled("front", view="")
