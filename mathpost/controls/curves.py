@@ -1,11 +1,16 @@
 """Arcs and drilling cycles of a program as points, in the coordinates that its words are in."""
 
+import re
+
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import NUMBER, InputError
 from mathpost.path import arcs
 
 CHORD = 0.0001  # mm, between an arc and the points that are made of it
+SAME_ANGLE = 1e-3  # degrees, by which the printed digits of a plane may turn the rotary axes
+OUT_AT_FEED = {"CYCLE81": False, "CYCLE82": False, "CYCLE83": False, "CYCLE84": True, "CYCLE85": True,
+               "CYCLE86": False, "CYCLE89": True, "CYCLE840": True}  # fmt: skip
 PLANES = {
     "plane XY": (0, 1, 2),
     "plane ZX": (2, 0, 1),
@@ -75,3 +80,35 @@ def hole(
     points = np.repeat(at[None], len(heights), axis=0)
     points[:, axis] = heights
     return points, rapid
+
+
+def arguments(text: str) -> tuple[str, list[float]]:
+    """Return the name of a cycle and its numbers, 0 for what is left out.
+
+    Examples
+    --------
+    >>> arguments("MCALL CYCLE81(10,0,,-8.5)")
+    ('CYCLE81', [10.0, 0.0, 0.0, -8.5])
+    """
+    name, _, rest = text.removeprefix("MCALL").strip().partition("(")
+    values = [each.strip() for each in rest.rpartition(")")[0].split(",")]
+    if not all(re.fullmatch(rf"(?:{NUMBER})?", value) for value in values):
+        raise InputError(name, "numbers", rest)
+    return name.strip(), [float(value or 0) for value in values]
+
+
+def heights(text: str) -> dict:
+    """Return the heights of a cycle of Siemens, and whether the tool comes out at its feed.
+
+    CYCLE81 and the like begin with the planes to which the tool comes out and of the surface, the distance in front
+    of it, the depth and, if that is left out, how far below the surface it is.
+    """
+    name, values = arguments(text)
+    if name not in OUT_AT_FEED or len(values) < 4:
+        raise InputError(name, "CYCLE81 to CYCLE86, CYCLE89 or CYCLE840, with four numbers", f"{len(values)}")
+    leave, surface, distance, bottom, below = [*values, 0.0][:5]
+    if below and text.split("(")[1].split(",")[3].strip() == "":
+        bottom = surface - abs(below)
+    return {
+        "clearance": surface + abs(distance), "bottom": bottom, "leave": leave, "slow": OUT_AT_FEED[name],
+    }  # fmt: skip

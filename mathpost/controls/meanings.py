@@ -9,6 +9,7 @@ import re
 
 import numpy as np
 
+from mathpost.controls import curves
 from mathpost.controls.curves import PLANES
 from mathpost.plane import blocks as plane_blocks
 
@@ -140,7 +141,31 @@ def _retract(reader, line, text):
     reader.at.words[:3] = np.nan
 
 
+def _everywhere(reader, line, text):
+    """A cycle behind every move from now on, or none any more."""
+    reader.everywhere = curves.heights(text) if "(" in text else None
+
+
+def _once(reader, line, text):
+    """A cycle where the tool is."""
+    reader.holes(reader.at.words, 2, **curves.heights(text))
+
+
+def drill(reader):
+    """Do the cycle that is defined by its surface, depth, clearance and height to leave, where the tool is."""
+    surface, depth = (reader.defined.get(f"cycle {name}", np.nan) for name in ("surface", "depth"))
+    clearance = reader.defined.get("cycle clearance", np.nan)
+    if np.isnan([surface, depth, clearance]).any():
+        raise reader.error("a cycle with surface, depth and clearance before its call", "none")
+    leave = surface + max(clearance, reader.defined.get("cycle retract", 0.0))
+    feed, reader.feed = reader.feed, reader.defined.get("cycle feed", reader.feed)
+    reader.holes(reader.at.words, 2, surface + clearance, surface + depth, leave, False)
+    reader.feed = feed
+
+
 STATEMENTS = {
+    "modal call": _everywhere,
+    "cycle here": _once,
     "retract": _retract,
     "centre": _centre,
     "shift": _shift(),
@@ -153,7 +178,7 @@ STATEMENTS = {
 }
 NUMBERS = {
     *(f"{word} {letter}" for word in ("centre", "tool axis") for letter in "XYZ"),
-    *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract")),
+    *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract", "feed")),
     "radius",
     "turns",  # of an arc, the one that is begun included
     "full turns",  # before it

@@ -8,19 +8,10 @@ from dataclasses import dataclass
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, some_text
 
 PLANES = ("XY", "ZX", "YZ")  # in the order of the axes square to them, from Z
-CYCLE_FIELDS = (
-    "surface",
-    "depth",
-    "bottom",
-    "clearance",
-    "leave",
-    "above",
-    "step",
-    "dwell",
-    "feed",
-    "pitch",
-    "speed",
-)
+# Numbers of a cycle, mm, seconds, mm/min and turns a minute: the coordinates of the surface, the bottom, of where
+# the feed begins and where the tool leaves, and how far these are from the surface; how deep a peck goes.
+CYCLE_FIELDS = ("surface", "bottom", "clearance", "leave", "depth", "above", "retract", "step", "dwell",
+                "milliseconds", "feed", "pitch", "speed")  # fmt: skip
 KINDS = ("drill", "dwell", "deep", "chips", "bore", "ream", "tap", "tap left")
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
 LINES = each(str), "a list of lines"
@@ -114,12 +105,13 @@ def tilted_of(file: TomlTable, notations: tuple[str, ...]) -> Tilted | None:
     table = file.table("plane", optional=True)
     if not table.content:
         return None
+    notation = table.take("notation", *one_of(*notations, "none"))
     made = Tilted(
-        notation=table.take("notation", *one_of(*notations)),
+        notation=notation,
         positioning=table.take("positioning", *WORD, ""),
         swivel_data=table.take("swivel_data", *WORD, "TC1"),
         on=tuple(table.take("on", *LINES, ())),
         off=tuple(table.take("off", *LINES)),
     )
     table.done()
-    return made
+    return None if notation == "none" else made

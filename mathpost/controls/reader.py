@@ -16,7 +16,7 @@ from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Coordinates, Setup
 from mathpost.controls.lines import Line, plain, templates, tidy, tool_name
-from mathpost.controls.meanings import MODES, MOTIONS, NUMBERS, STATEMENTS
+from mathpost.controls.meanings import MODES, MOTIONS, NUMBERS, STATEMENTS, drill
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
@@ -77,6 +77,7 @@ class _Lines(bulk.Reader):
         self.plane, self.scale, self.incremental, self.per_turn = "plane XY", 1.0, False, False
         self.absolute_centre, self.centre = False, None
         self.cycle, self.leave, self.defined = None, "initial", {}
+        self.everywhere = None  # heights of the cycle that is done behind every move
         self.pending, self.begun, self.ended = "", "", False
         self.skipped = Counter()
         self.machines = [(0, machine)]
@@ -103,7 +104,9 @@ class _Lines(bulk.Reader):
 
     def takes_plain(self):
         """Whether plain lines now are moves in mm on straight lines, as they stand."""
-        straight = self.motion in ("linear", "rapid") and not (self.cycle or self.incremental or self.per_turn)
+        straight = self.motion in ("linear", "rapid") and not (
+            self.cycle or self.everywhere or self.incremental or self.per_turn
+        )
         return straight and self.scale == 1 and self.at.as_they_are and not (self.begun or self.ended)
 
     def take_plain(self, values):
@@ -251,7 +254,7 @@ class _Lines(bulk.Reader):
             self.defined |= {name: value for name, value in line.values.items() if name.startswith("cycle ")}
             self.go(line)
         if line.called:
-            self.drill()
+            drill(self)
 
     def target(self, line):
         """The words, (j,), that a line leads to."""
@@ -286,6 +289,8 @@ class _Lines(bulk.Reader):
             self.turn(line, arc == "clockwise")
         else:
             self.put(self.target(line)[None], line)
+            if self.everywhere is not None:
+                self.holes(self.at.words, 2, **self.everywhere)
 
     def put(self, points, line, rapid=None):
         """Take moves to points, words of shape (n, j), that one line asks for."""
@@ -303,8 +308,11 @@ class _Lines(bulk.Reader):
         self.at.stand(place[:3], place[3:])
 
     def turn_to(self, joints, angles):
-        """Turn the rotary axes, degrees, while the slides stand still."""
-        self.stand(np.r_[joints, angles])
+        """Turn the rotary axes, degrees, while the slides stand still; by printed digits they do not move."""
+        if np.abs(angles - self.at.words[3:]).max() < curves.SAME_ANGLE:
+            self.at.stand(joints, angles)
+        else:
+            self.stand(np.r_[joints, angles])
 
     def turn(self, line, clockwise):
         """Run an arc or a helix; rotary axes that are named turn along with it."""
@@ -347,21 +355,16 @@ class _Lines(bulk.Reader):
         leave = max(self.cycle[self.leave], self.cycle["clearance"])
         self.holes(place, axis, self.cycle["clearance"], self.cycle["bottom"], leave, self.cycle["slow"])
 
-    def drill(self):
-        """Do the cycle that is defined by its surface, depth, clearance and height to leave, where the tool is."""
-        surface, depth = (self.defined.get(f"cycle {name}", np.nan) for name in ("surface", "depth"))
-        clearance = self.defined.get("cycle clearance", np.nan)
-        if np.isnan([surface, depth, clearance]).any():
-            raise self.error("a cycle with surface, depth and clearance before its call", "none")
-        leave = surface + max(clearance, self.defined.get("cycle retract", 0.0))
-        self.holes(self.at.words, 2, surface + clearance, surface + depth, leave, False)
-
     def holes(self, place, axis, clearance, bottom, leave, slow):
         height = self.at.words[axis]
         place = place.copy()
         place[axis] = height
         points, rapid = curves.hole(place[:3], axis, clearance, bottom, leave, slow)
-        self.put(np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)], Line(), rapid)
+        points = np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)]
+        moved = (np.diff(points, axis=0, prepend=self.at.words[None]) != 0).any(axis=1)
+        motion, self.motion = self.motion, "linear"
+        self.put(points[moved], Line(), np.array(rapid)[moved])
+        self.motion = motion
 
     def move(self, words, feeds, seconds, rapid, numbers):
         """Take n plain moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""

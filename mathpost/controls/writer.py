@@ -1,6 +1,7 @@
 """Blocks to the text of a program, in the words of any control."""
 
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,7 +31,8 @@ def write(
     """
     control = control_for(machine, control)
     name = re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
-    between, changes, switches = _between(control, machine, blocks)
+    said = _between(control, machine, blocks)
+    between = said.lines
     rows, own = len(blocks.words), list(machine.program_head)
     if not own and not machine.program_foot:
         own = control.remark(MOTION_ONLY)
@@ -48,7 +50,7 @@ def write(
     for row, lines in between.items():
         numbered[row] = sum(not line.startswith(control.unnumbered) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
-    columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
+    columns = _columns(control, machine.joint_names, blocks, before[:-1], said)
     texts, at = [], 0
     for row, lines in between.items():
         moves = bulk.lines(columns, at, row)
@@ -62,15 +64,28 @@ def write(
     return "".join(texts)
 
 
-def _between(control, machine, blocks):
-    """What stands between the moves: lines, by the number of the move that follows, also behind the last.
+@dataclass
+class Said:
+    """What stands between the moves, and what it makes of them."""
 
-    And the moves before which a tool is changed, and words that a move itself takes, by its number.
-    """
+    lines: dict[int, list[str]]  # by the number of the move that follows, also behind the last
+    anew: list[
+        int
+    ]  # moves that state all their words: nobody knows where a change of the tool leads, or a new plane
+    switches: dict[int, str]  # words that a move itself takes, by its number
+    cycles: list[int]  # moves behind drilling cycles, which have a feed in mm per minute,
+    drilled: list[int]  # and behind the last of a row, whose rotary axes stand as before
+    planes: list[int]  # the first moves in a tilted plane and behind it, in turn
+
+
+def _between(control, machine, blocks):
+    """Return what is `Said` between the moves."""
     rows, offset, edge, tcp = len(blocks.words), 1, 1, False
     wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
     switched = np.flatnonzero(np.diff(wanted)) + 1
     between, changes, switches = {row: [] for row in (0, *switched.tolist(), rows)}, [0, *switched.tolist()], {}
+    cycles, drilled, planes = [], [], []
+    cut = np.flatnonzero(~blocks.rapid)
     around = _around(control, machine.joint_names, blocks)
     for row in around:
         between.setdefault(row, [])
@@ -98,6 +113,17 @@ def _between(control, machine, blocks):
             elif kind == "approach":
                 height, angles = remark.values
                 lines += [*control.lines("safe", height, edge=edge), _turn(control, angles)]
+            elif kind == "cycle":
+                last = cut[np.searchsorted(cut, row) - 1] if (cut < row).any() else -1
+                if control.inverse_time and last >= max(cycles, default=0) and not np.isnan(blocks.seconds[last]):
+                    lines.append(control.inverse_time[1])
+                cycles.append(row)
+                lines += [line.format(**remark.values[1]) for line in remark.values[0]]
+            elif kind in ("plane", "cycle off", "plane off"):
+                lines += remark.values[0]
+                changes.append(row)
+                planes += [row] if kind.startswith("plane") else []
+                drilled += [row] if kind == "cycle off" else []
             elif kind == "offset":
                 lines += control.lines("TCP off") * tcp
                 offset, edge, tcp = remark.values[0], remark.values[0], False
@@ -112,7 +138,7 @@ def _between(control, machine, blocks):
             lines += control.lines("TCP on", offset) if tcp else control.lines("TCP off")
         restored, pole = around.get(row, ([], []))
         between[row] = [*restored, *lines, *pole]
-    return between, [row for row in changes if row < rows], switches
+    return Said(between, sorted({row for row in changes if row < rows}), switches, cycles, drilled, planes)
 
 
 def _around(control, axes, blocks):
@@ -149,8 +175,8 @@ def _turn(control, angles):
     return f"{control.rapid}{turned}" if control.modal else f"{turned} {control.rapid}"
 
 
-def _columns(control, axes, blocks, numbers, changes, switches):
-    """The moves as `Column`s; `changes` and `switches` as in `_between`."""
+def _columns(control, axes, blocks, numbers, said):
+    """The moves as `Column`s."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
     start = [] if control.number is None else [Column(control.number, control.numbers(numbers))]
     straight = np.ones(len(rows), bool)
@@ -161,17 +187,20 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     positions = []
     for number, (axis, column) in enumerate(zip(axes, blocks.words.T, strict=True)):
         shown = _changes(values := printed(np.array(column), control.decimals))
-        shown[changes] = True  # nobody knows where the machine went for its tool
+        shown[said.anew if number < 3 else [row for row in said.anew if row not in said.drilled]] = True
+        if number > 2:
+            for first, stop in zip(said.planes[::2], said.planes[1::2], strict=True):
+                shown[first:stop] = False  # in a tilted plane
         for row, turn in blocks.turns:
             if number in _of_plane(turn.plane)[:2]:
                 shown[row] = not (turn.helix and control.arcs.helix)
         positions.append(Column(axis_word(axis), values, control.decimals, control.plus, shown))
     positions = [*positions, *centres]
-    switched = [Column(f" {word}", shown=rows == row) for row, word in switches.items()]
+    switched = [Column(f" {word}", shown=rows == row) for row, word in said.switches.items()]
     moved = [*switched, *positions] if control.compensation == "before" else [*positions, *switched]
     # A control that switches between times and feeds has forgotten the feed.
     times_before = np.cumsum(timed) * bool(control.inverse_time)
-    tools_before = np.searchsorted(changes, rows, side="right")
+    tools_before = np.searchsorted(said.anew, rows, side="right")
     fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
     stated = np.zeros(len(rows), bool)
     stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
@@ -179,7 +208,7 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
     decimals = control.feed_decimals
     parts = Column(FEED, _down(blocks.feeds, decimals), decimals, shown=stated & ~whole)
-    modes = _modes(control, blocks.rapid, timed, changes, straight)
+    modes = _modes(control, blocks.rapid, timed, said, straight)
     behind = _rapid_and_times(control, blocks, timed)
     return [*start, *modes, *before, *moved, *behind_arcs, *behind, feeds, parts, Column("\n")]
 
@@ -227,7 +256,7 @@ def _turned(control, blocks):
     return ([*before], centres, senses) if arcs.begin else ([*before, *senses], centres, [])
 
 
-def _modes(control, rapid, timed, changes, straight):
+def _modes(control, rapid, timed, said, straight):
     """The modal words as `Column`s, each where it begins to hold and behind a change of the tool.
 
     F in mm/min holds from the head on.
@@ -235,11 +264,14 @@ def _modes(control, rapid, timed, changes, straight):
     words = []
     if control.modal:
         changed = _changes(rapid + 2 * ~straight)
-        changed[changes] = True
+        changed[said.anew] = True
         words += [(control.linear, changed & ~rapid & straight), (control.rapid, changed & rapid)]
     if control.inverse_time:
         begins, cutting = np.zeros(len(rapid), bool), np.flatnonzero(~rapid)
-        begins[cutting] = _changes(np.r_[False, timed[cutting]])[1:]
+        before = np.r_[False, timed[cutting]][: len(cutting)]
+        behind = np.searchsorted(cutting, said.cycles)
+        before[behind[behind < len(cutting)]] = False
+        begins[cutting] = timed[cutting] != before
         by_time, by_feed = control.inverse_time
         words += [(by_feed, begins & ~timed), (by_time, begins & timed)]
     return [Column(f" {word}", shown=shown) for word, shown in words]

@@ -16,12 +16,12 @@ from mathpost.controls.blocks import Blocks as Blocks
 from mathpost.controls.blocks import joined
 from mathpost.controls.reader import follow
 from mathpost.controls.writer import write
-from mathpost.errors import InputError
+from mathpost.errors import InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path.cl import CLData
 from mathpost.post import proof
 from mathpost.post.options import Options
-from mathpost.post.own_words import as_run, own_words, parts_of
+from mathpost.post.own_words import as_run, own_words
 from mathpost.post.report import Report, report_of
 from mathpost.post.steps import Plan, plan, tool_paths
 
@@ -114,11 +114,13 @@ def run(
     program = follow(text, machine, asked.control, name=name)
 
     progress("proving")
-    parts = []
-    for number, rows in enumerate(parts_of(program, [each.moves for each in plans])):
-        moves, part = as_run(plans[number].path, plans[number].moves, program, rows)
-        plans[number] = replace(plans[number], moves=moves)
+    parts, row = [], 0
+    for number, each in enumerate(plans):
+        moves, part, row = as_run(each.path, each.moves, program, row)
+        plans[number] = replace(each, moves=moves)
         parts.append(part)
+    if row != len(program.lines):
+        raise MathpostError(f"{row} ends of moves were written and {len(program.lines)} read back")
     proofs = [_proof(each, part, asked) for each, part in zip(plans, parts, strict=True)]
 
     left = asked.tolerance - max(each.path_tip_error for each in proofs)
@@ -146,6 +148,6 @@ def _proof(plan, blocks, options):
     """The proof of the blocks of one tool, as read back; records are those of the whole path."""
     found = proof.prove(
         plan.path.kin, plan.path.cl, blocks, plan.moves.motion, options.tolerance, options.axis_tolerance,
-        real=options.real, rapid_interpolated=options.control.rapid_interpolated,
+        real=options.real, rapid_interpolated=options.control.rapid_interpolated, left_out=plan.moves.pecks,
     )  # fmt: skip
     return replace(found, worst_record=plan.path.first + found.worst_record)

@@ -6,7 +6,7 @@ joints move linearly from block to block (nonlinear error, 非线性误差).
 """
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -204,14 +204,14 @@ class Proof:
     worst_record: int  # (from 1) that the largest tip error of the path comes before or at
 
 
-def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None, rapid_interpolated=True):
+def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None, rapid_interpolated=True, left_out=()):
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
     `MathpostError` if tip or tool axis are off the CL path by more than their tolerances, or a lifted tip goes into
     the part, or a block has another feed than the CL data, or less time than its feed and the rates of the machine
     allow.
     """
-    proof = measured(kin, cl, blocks, motion, real=real, rapid_interpolated=rapid_interpolated)
+    proof = measured(kin, cl, blocks, motion, real=real, rapid_interpolated=rapid_interpolated, left_out=left_out)
     tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
     if not tip <= tolerance:
         raise MathpostError(f"{cl.name}: the program is {tip:.6f} mm off the CL path, more than {tolerance} mm")
@@ -226,12 +226,13 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None, rapi
     return proof
 
 
-def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
+def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True, left_out=()):
     """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
     `motion` says where on the CL path each block ends, and which are lifted; `real`, a `Compensator`, is the
     machine that runs the program, if it is not the one that its control knows. Where its rapid traverse is not
-    interpolated, nobody knows the path of a rapid move, and only its end counts.
+    interpolated, nobody knows the path of a rapid move, and only its end counts. Records that are `left_out` are
+    pecks of holes, which the control makes by itself.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
@@ -241,7 +242,8 @@ def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
     least, most, off = LEAST_INTERVALS if real else 2, np.full((2, moves), np.inf), np.zeros(moves)
     # A record whose block was left out as a repetition has the pose of the block before.
     on_part = np.flatnonzero(~motion.lifted)
-    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
+    wanted = np.delete(np.arange(len(cl)), np.asarray(left_out, int))
+    at = on_part[np.searchsorted(motion.place[on_part], wanted, side="right") - 1]
     tip_error = chord = 0.0
     for rows in slices(joints.shape[:1]):
         poses = slice(rows.start, rows.stop + 1)  # that after the last move included
@@ -249,8 +251,9 @@ def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
         off[rows] = np.linalg.norm(reached[0] - tips[poses], axis=1)[1:]
         if not real:
             most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
-        records = slice(*np.searchsorted(at, [rows.start, rows.stop]))
-        tip, axis = (np.take(each.T, at[records] - rows.start, axis=1) for each in reached)
+        some = slice(*np.searchsorted(at, [rows.start, rows.stop]))
+        records = wanted[some]
+        tip, axis = (np.take(each.T, at[some] - rows.start, axis=1) for each in reached)
         tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records].T, axis=0).max(initial=0))
         chord = max(chord, np.linalg.norm(axis - cl.axes[records].T, axis=0).max(initial=0))
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
@@ -259,10 +262,11 @@ def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
         off[blocks.rapid[1:]], most[:, blocks.rapid[1:]] = 0, -1
     between = arcs(cl, motion.place[:-1], motion.place[1:])
     path_axis, _ = largest(1, machine, joints, between, most[1], least=least)
-    if blocks.tcp[on_part].any():  # the control keeps the tip on the straight line between the blocks
-        path_tip, worst = off.max(initial=0), int(off.argmax()) if moves else -1
-    else:
-        path_tip, worst = largest(0, machine, joints, (tips[:-1], tips[1:]), most[0], least=least)
+    straight = blocks.tcp[1:]  # the control keeps the tip on the straight line between the blocks
+    off[~straight], most[0, straight] = 0, -1
+    path_tip, worst = largest(0, machine, joints, (tips[:-1], tips[1:]), most[0], least=least)
+    if off.max(initial=0) > path_tip:
+        path_tip, worst = off.max(), int(off.argmax())
 
     axis_error = np.degrees(2 * np.arcsin(min(chord / 2, 1)))
     return Proof(
@@ -272,12 +276,6 @@ def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
         path_axis_error=float(max(np.degrees(path_axis), axis_error)),
         worst_record=int(motion.record[worst + 1]) + 1,
     )
-
-
-def worst_of(proofs):
-    """Return the `Proof` that says the worst of several."""
-    *errors, _ = zip(*map(astuple, proofs), strict=True)
-    return Proof(*map(max, errors), max(proofs, key=lambda proof: proof.path_tip_error).worst_record)
 
 
 def joints_of(kin: Kinematics, blocks: Blocks) -> np.ndarray:

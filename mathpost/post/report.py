@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def report_of(
     peaks[0, unknown] = np.nan
     before = [each.uncompensated for each in plans if each.uncompensated]
     return Report(
-        **vars(proof.worst_of(proofs)),
+        **vars(worst_of(proofs)),
         settings=dict(_settings(cl, machine, options, plans, blocks)),
         time=sum(law.seconds[-1] for law in laws)
         + sum(each.values[0] for _, each in commands(cl.remarks, "dwell")),
@@ -97,10 +97,16 @@ def report_of(
         peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
         slowest=max(filter(None, slow), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each, options))),
-        uncompensated=proof.worst_of(before) if before else None,
+        uncompensated=worst_of(before) if before else None,
         strategies=tuple(_strategies(plans, options)) if compare else (),
         ways=_ways(plans, options) if compare else {},
     )
+
+
+def worst_of(proofs):
+    """Return the `Proof` that says the worst of several."""
+    *errors, _ = zip(*map(astuple, proofs), strict=True)
+    return proof.Proof(*map(max, errors), max(proofs, key=lambda each: each.path_tip_error).worst_record)
 
 
 def _slowest(plan, asked, law):
@@ -172,6 +178,8 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     if commands(path.cl.remarks, "tool") and not approaches(path.kin.machine, options):
         yield "the way from a change of the tool to the part is neither timed nor proved"
+    if plan.moves.pecks.size:
+        yield "pecks of drilling cycles are the control's own: the time has none of them"
     if np.degrees(np.abs(motion.joints[:, 3:])).max() > 360 + 1e-6:
         yield "rotary words beyond 360°: right where the axis counts its turns, or takes the shorter way"
     yield from plan.cautions

@@ -4,7 +4,7 @@ Each is a function of the path, of what the steps before it made, and of the opt
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -46,8 +46,11 @@ class Moves:
     blocks: Blocks  # one for each pose
     seconds: np.ndarray  # shape (n - 1,), that feed and rates ask for each move
     by_feed: np.ndarray  # shape (n - 1,), and the feed alone; NaN where it does not count
-    # Which poses are written as ends of blocks, shape (n,), where not all are: see `mathpost.post.own_words`.
-    kept: np.ndarray | None = None
+    # Where not every pose is the end of a block, see `mathpost.post.own_words`: the poses that the control ends a
+    # move at, which of these are ends of an arc, and the records that it replaces by pecks of its own.
+    run: np.ndarray | None = None
+    turns: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    pecks: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ def test_klartext_plane_cycle_and_shift():
     found, program = ends(text, "heidenhain")
     line = text.splitlines().index("7 L X+1 Y+2 FMAX M99") + 1
     heights = program.blocks.words[program.lines == line, 2]
-    np.testing.assert_allclose(heights, [50, 50, 3, -19, 9])
+    np.testing.assert_allclose(heights, [50, 3, -19, 9])
     np.testing.assert_allclose(found[line][:2], [6, 2])
     np.testing.assert_allclose(found[line + 2], [16, 12, 9], atol=1e-9)
     assert program.skipped["BEGIN PGM"] == 1

@@ -162,7 +162,7 @@ class Siemens(WordAddress):
             elif name == "MCALL":
                 if len(names) == 1:
                     self.modal_cycle = None
-            elif name in ("CYCLE81", "CYCLE82", "CYCLE83"):
+            elif name in ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85"):
                 if "MCALL" in names:
                     self.modal_cycle = (name, word.arguments)
                 else:
@@ -211,7 +211,10 @@ class Siemens(WordAddress):
         return None
 
     def call_cycle(self, cycle):
-        """CYCLE81(RTP, RFP, SDIS, DP, DPR), CYCLE82(…, DTB), CYCLE83(…, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI)."""
+        """CYCLE81(RTP, RFP, SDIS, DP, DPR), CYCLE82(…, DTB), CYCLE83(…, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI).
+
+        CYCLE84(…, DTB, SDAC, MPIT, PIT, POSS, SST, SST1) taps at PIT · SST, CYCLE85(…, DTB, FFR, RFF) bores.
+        """
         name, arguments = cycle
         given = [float(a) if a else None for a in (*arguments, *[""] * 14)]
         surface, safety = given[1], given[2] or 0.0
@@ -224,9 +227,17 @@ class Siemens(WordAddress):
             chip_break = not given[11]
             if given[7]:
                 self.refuse("CYCLE83 with degression is not read")
-        dwell = {"CYCLE81": 0.0, "CYCLE82": given[5] or 0.0, "CYCLE83": given[8] or 0.0}[name]
+        dwell = 0.0 if name == "CYCLE81" else given[8 if name == "CYCLE83" else 5] or 0.0
+        feed = None
+        if name == "CYCLE84":
+            feed = abs(given[8]) * given[10]
+        elif name == "CYCLE85":
+            feed = given[6]
         position = self.at.copy()
-        self.drill(position, surface + safety, depth, given[0], peck=peck, chip_break=chip_break, dwell=dwell)
+        self.drill(
+            position, surface + safety, depth, given[0], peck=peck, chip_break=chip_break, dwell=dwell, feed=feed,
+            out="feed" if name in ("CYCLE84", "CYCLE85") else "rapid",
+        )  # fmt: skip
 
     def joint_seconds(self, length, turned, feed):
         """FGROUP: the path is that of its axes; by default X Y Z, and the rotary axes come along."""

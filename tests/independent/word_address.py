@@ -20,7 +20,7 @@ from .reader import Control
 from .words import scan, without_comments
 
 MOTIONS = (0, 1, 2, 3)
-CYCLES = (73, 81, 82, 83, 85, 86, 89)
+CYCLES = (73, 74, 81, 82, 83, 84, 85, 86, 89)  # 74 and 84 tap: down and out at the feed
 GROUPS = (
     ("motion", (*MOTIONS, *CYCLES, 80)),
     ("plane", (17, 18, 19)),
@@ -36,8 +36,8 @@ GROUPS = (
     ("path", (61, 64)),
     ("once", (4, 28, 53, 53.1, 52, 5.1, 187)),
 )
-COMMON = {0, 1, 2, 3, 4, 17, 18, 19, 28, 40, 41, 42, 43, 49, 53, 54, 55, 56, 57, 58, 59, 61, 64, 73, 80, 81, 82, 83,
-          85, 86, 89, 90, 91, 93, 94, 98, 99, 20, 21}  # fmt: skip
+COMMON = {0, 1, 2, 3, 4, 17, 18, 19, 28, 40, 41, 42, 43, 49, 53, 54, 55, 56, 57, 58, 59, 61, 64, 73, 74, 80, 81,
+          82, 83, 84, 85, 86, 89, 90, 91, 93, 94, 98, 99, 20, 21}  # fmt: skip
 TAKES = {
     "fanuc": COMMON | {95, 43.4, 43.5, 68.2, 69, 53.1, 52, 5.1},
     "mazak": COMMON | {95, 43.4, 43.5, 68.2, 69, 53.1, 52, 5.1},
@@ -355,7 +355,7 @@ class WordAddress(Control):
                 target, clearance, depth, level if self.to_initial else clearance,
                 peck=self.cycle.get("Q", 0.0) * self.unit if self.motion in (73, 83) else None,
                 chip_break=self.motion == 73, dwell=dwell if self.motion in (82, 89, 86) else 0.0,
-                out="feed" if self.motion in (85, 89) else "rapid",
+                out="feed" if self.motion in (74, 84, 85, 89) else "rapid",
             )  # fmt: skip
             if not self.absolute:
                 target = self.targets(values)[0]

@@ -17,6 +17,7 @@ from tests.independent.reader import Setup, read
 
 CONTROLS = ("heidenhain", "fanuc", "siemens", "linuxcnc", "haas", "mazak")
 MACHINES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "nutating_head", "ac_head")
+TABLES = ("ac_table", "bc_table", "dmu50v")  # whose tool is along Z in the machine
 TOLERANCE = 0.01  # mm
 
 
@@ -138,3 +139,60 @@ def test_a_compensation_begins_on_a_line_and_goes_on_over_arcs(control):
     assert len(between.splitlines()) < 7 and re.search(r"\bG3 |\bC ", between)
     first = next(line for line in text.splitlines() if re.search(rf"\b{on}\b", line))
     assert not re.search(r"\bG[23]\b|\bC ", first)
+
+
+CYCLES = {  # as CL data have them, and whether the tool comes out at its feed
+    "DRILL,FEDTO,8,CLEAR,2,RTRCTO,6,MMPM,150": False,
+    "DRILL,FEDTO,5,CLEAR,1,MMPM,120,DWELL,0.5": False,
+    "DEEP,FEDTO,20,CLEAR,2,RTRCTO,9,STEP,6,MMPM,100": False,
+    "REAM,FEDTO,12,CLEAR,3,MMPM,200": True,
+    "TAP,FEDTO,10,CLEAR,4,RTRCTO,7,MMPM,500": True,
+}
+
+
+def holes_file(rng, axis, across, along):
+    """Rows of holes, an arc and a line: the text, and point, depth, clearance, feed of each hole."""
+    lines = ["UNITS/MM", "SPINDL/RPM,1000,CLW", "RAPID", f"GOTO/{numbers(30 * axis, axis)}", "FEDRAT/400,MMPM"]
+    drilled = []
+    for cycle in rng.permutation(list(CYCLES)):
+        words = cycle.split(",")
+        depth, clearance = float(words[2]), float(words[4])
+        feed = float(words[words.index("MMPM") + 1])
+        lines.append(f"CYCLE/{cycle}")
+        for _ in range(rng.integers(1, 4)):
+            point = rng.uniform(-30, 30) * across + rng.uniform(-30, 30) * along
+            lines.append(f"GOTO/{numbers(point)}")
+            drilled.append((point, depth, clearance, feed))
+        lines.append("CYCLE/OFF")
+    start, centre = 40 * across, 32 * across
+    lines += ["RAPID", f"GOTO/{numbers(start + 9 * axis)}", f"GOTO/{numbers(start)}"]
+    lines += [f"CIRCLE/{numbers(centre, axis)},8", f"GOTO/{numbers(centre - 8 * across)}"]
+    lines += [f"GOTO/{numbers(centre - 8 * across + 30 * axis)}"]
+    return "\n".join(lines) + "\n", drilled
+
+
+@pytest.mark.parametrize("tilted", [False, True], ids=["upright", "tilted"])
+@pytest.mark.parametrize("number", range(6))
+def test_holes_and_planes_are_run(number, tilted):
+    rng = np.random.default_rng(50 + number)
+    name, control = MACHINES[(number + 2) % 6], CONTROLS[(number + 3 * tilted) % 6]
+    turned = {letter: rng.uniform(10, 30) for letter in "ABC"} if tilted else {}
+    setup, axis, across, along = on_machine(name, **turned)
+    text, drilled = holes_file(rng, axis, across, along)
+    result = run(cldata.parse(text), setup, dialect=control)
+    moves, samples = moves_of(result, setup, control, name)
+    knows_planes = control in ("heidenhain", "fanuc", "siemens", "mazak")
+    assert any(move.cycle for move in moves) == (not tilted or knows_planes or name in TABLES)
+    assert any(move.modal["tilted"] for move in moves) == (tilted and knows_planes)
+    assert max(judge.between(each, axis) for each in samples.axis) < 2e-4
+    for point, depth, clearance, feed in drilled:
+        from_point = samples.tip - point
+        height = from_point @ axis
+        beside = np.linalg.norm(from_point - height[:, None] * axis, axis=1)
+        above = beside < 1e-3
+        assert height[above].min() == pytest.approx(-depth, abs=1e-3)
+        cut = [moves[move] for move in np.unique(samples.move[above & (height < clearance - 0.01)])]
+        down = [move for move in cut if move.kind == "feed"]
+        assert down and all(move.feed == pytest.approx(feed, abs=2e-3) for move in down)
+    assert samples.tip[-1] @ axis == pytest.approx(30, abs=1e-3)
+    assert min(samples.tip @ axis) > -20 - 1e-3

@@ -12,7 +12,7 @@ from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.post import options as settings
-from mathpost.post import proof, singular, steps, time_law, ways
+from mathpost.post import proof, report, singular, steps, time_law, ways
 from mathpost.post.motion import Motion
 from mathpost.post.ways import AXIS_TOLERANCE
 from tests.conftest import DATA
@@ -311,7 +311,7 @@ def test_a_lifted_move_beside_a_path_that_climbs_or_falls(dmu50v, to, tcp):
 def test_the_worst_of_several_tools():
     first, second = proof.Proof(0.1, 4.0, 0.3, 0.2, 7), proof.Proof(0.2, 1.0, 0.9, 0.1, 3)
     for both in ([first, second], [second, first]):
-        assert proof.worst_of(both) == proof.Proof(0.2, 4.0, 0.9, 0.2, 3)
+        assert report.worst_of(both) == proof.Proof(0.2, 4.0, 0.9, 0.2, 3)
 
 
 def test_the_report_in_words():

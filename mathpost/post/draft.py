@@ -1,0 +1,67 @@
+"""The blocks of one tool while they are put into the control's own words."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mathpost.controls.blocks import Blocks, Turn
+from mathpost.frame import Frame
+from mathpost.path.modal import Command
+from mathpost.post.options import Options
+from mathpost.post.steps import Moves, ToolPath
+
+
+class Draft:
+    """What becomes of the n blocks: X Y Z in other coordinates, several that become one, and what is said between.
+
+    Attributes
+    ----------
+    words : ndarray, shape (n, 5)
+        Of the blocks, those in a tilted plane in its coordinates.
+    starts : ndarray, shape (n, 3)
+        X Y Z of each block in the coordinates of the one after it.
+    frames : list of Frame or None
+        The tilted plane that each block is in.
+    kept, run : ndarray, shape (n,)
+        Whether each is written as a block, and whether the control ends a move there.
+    turns : dict
+        By the last row of each arc, what it is.
+    pecks : list of int
+        Records that the control replaces by pecks of its own.
+    """
+
+    def __init__(self, path: ToolPath, moves: Moves, options: Options):
+        self.path, self.moves, self.options = path, moves, options
+        count = len(moves.blocks.words)
+        self.words, self.starts = moves.blocks.words.copy(), moves.blocks.words[:, :3].copy()
+        self.frames: list[Frame | None] = [None] * count
+        self.kept, self.run = np.ones(count, bool), np.ones(count, bool)
+        self.turns: dict[int, Turn] = {}
+        self.pecks: list[int] = []
+        self.remarks = list(moves.blocks.remarks)
+
+    def still(self, first: int, last: int) -> bool:
+        """Whether the rotary axes stand still from one row to another, and all moves between are in one plane."""
+        same = all(frame is self.frames[last] for frame in self.frames[first + 1 : last])
+        return same and not np.ptp(self.moves.blocks.words[first : last + 1, 3:], axis=0).any()
+
+    def point(self, row: int, tip: ArrayLike) -> np.ndarray:
+        """Return X Y Z, shape (3,), that a row has for a tip in the workpiece."""
+        frame = self.frames[row]
+        if frame is not None:
+            return frame.inverse().point(np.asarray(tip))
+        blocks = self.moves.blocks
+        return np.asarray(tip) if blocks.tcp[row] else self.path.kin.close(tip, blocks.joints[row, 3:])[:3]
+
+    def say(self, row: int, command: Command, *, first: bool = False) -> None:
+        """Say something to the control before a row, before or behind all else that is said there."""
+        rows = [at for at, _ in self.remarks]
+        self.remarks.insert(sum(at < row or (at == row and not first) for at in rows), (row, command))
+
+    def blocks(self) -> Blocks:
+        """Return the blocks as they are to be written."""
+        before, blocks = np.r_[0, np.cumsum(self.kept)], self.moves.blocks
+        remarks = tuple((int(before[row]), remark) for row, remark in self.remarks)
+        turns = tuple((int(before[row]), self.turns[row]) for row in sorted(self.turns))
+        return replace(blocks[self.kept], words=self.words[self.kept], remarks=remarks, turns=turns)

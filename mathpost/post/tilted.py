@@ -1,0 +1,95 @@
+"""Operations whose rotary axes stand still at a position that is not 0, in the coordinates of a tilted plane.
+
+The rotary axes have been turned by moves before. The plane is written only if the control, from where they stand,
+takes this very position for it: then nothing turns, and the moves that follow are in the coordinates of the plane.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from mathpost.controls.blocks import printed
+from mathpost.errors import MathpostError
+from mathpost.frame import Frame
+from mathpost.path.modal import Command
+from mathpost.path.pieces import Hole
+from mathpost.plane import blocks as plane_blocks
+from mathpost.plane import positioning
+from mathpost.plane.tilted_plane import Plane
+from mathpost.post.draft import Draft
+from mathpost.post.motion import SAFE
+
+FEWEST = 8  # moves that are worth a plane, or a hole
+SAME = 1e-3  # degrees, by which printed angles may turn the axes
+
+
+def tilted(draft: Draft) -> None:
+    """Put the operations of a draft into planes."""
+    if draft.options.control.tilted is None or draft.options.tcp or not draft.options.control.positioning:
+        return
+    blocks, motion = draft.moves.blocks, draft.moves.motion
+    turns = np.any(np.diff(blocks.words[:, 3:], axis=0) != 0, axis=1)
+    fixed = [row for row, remark in blocks.remarks if getattr(remark, "kind", "") in ("offset", "tool", "approach")]
+    edges = {0, len(blocks.words), *(np.flatnonzero(turns) + 1).tolist()}
+    edges |= {row + change for row in np.flatnonzero(motion.kind == SAFE).tolist() for change in (0, 1)}
+    edges |= {row for row in fixed if 0 < row < len(blocks.words)}
+    drilled = np.searchsorted(motion.place, [each.first for each in draft.path.cl.pieces if isinstance(each, Hole)])
+    for first, stop in pairwise(sorted(edges)):
+        worth = stop - first > FEWEST or ((drilled >= first) & (drilled < stop)).any()
+        if worth and stop - first > 1 and motion.kind[first] != SAFE and blocks.words[first, 3:].any():
+            _tilt(draft, first, stop)
+
+
+def _tilt(draft, first, stop):
+    """Write the moves behind row `first` in a plane, if the control takes where the rotary axes stand for it."""
+    kin, control = draft.path.kin, draft.options.control
+    joints = draft.moves.motion.joints[first:stop]
+    tips, axes = kin.forward(joints)
+    frame = Frame.from_axes(axes[0], _along_x(kin, joints[0], axes[0]), (0.0, 0.0, 0.0), "WCS", "feature")
+    plane = Plane.from_frame(frame, control.tilted.notation)
+    plane = Plane(plane.notation, np.round(plane.values, 4))
+    direction = _direction(draft, plane, first)
+    if direction is None:
+        return
+    words = printed(plane.frame.inverse().point(tips), control.decimals)
+    if not (np.diff(words, axis=0) != 0).any(axis=1).all():
+        return
+    text = plane_blocks.to_text(
+        plane,
+        positioning=control.tilted.positioning,
+        swivel_data=control.tilted.swivel_data,
+        direction=direction,
+    )
+    draft.words[first + 1 : stop, :3] = words[1:]
+    draft.starts[first:stop] = words
+    draft.frames[first + 1 : stop] = [plane.frame] * (stop - first - 1)
+    draft.say(first + 1, Command("plane", (text.splitlines() + list(control.tilted.on),), ""))
+    draft.say(stop, Command("plane off", (control.tilted.off,), ""), first=True)
+
+
+def _along_x(kin, joints, axis):
+    """A direction of the workpiece for X of the plane: that of the slide X, or of Y where the tool lies along X."""
+    moved = kin.forward(joints + np.eye(3, len(joints))[:2])[0] - kin.forward(joints)[0]
+    x, y = moved
+    base = x if abs(x @ axis) < 0.9 else y
+    base = base - (base @ axis) * axis
+    return base / np.linalg.norm(base)
+
+
+def _direction(draft, plane, row):
+    """The direction with which the control takes the present position for a plane; None if it takes another one."""
+    control, standing = draft.options.control, draft.moves.blocks.words[row, 3:]
+    rule = getattr(positioning, control.positioning)
+    try:
+        alignment = positioning.align(plane.frame, draft.path.kin)
+    except MathpostError:
+        return None
+    directed = control.positioning == "siemens"
+    for direction in (-1, 1):
+        try:
+            found = rule(alignment, standing, *([direction] if directed else []))
+        except MathpostError:
+            continue
+        if np.abs(found.angles - standing).max() < SAME:
+            return direction
+    return None
