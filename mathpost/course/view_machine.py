@@ -61,13 +61,13 @@ def tool_axis(kin):
     return Live(state, [codegen.body(kin, jacobian=False)], text, scenes, height=470, layout="column")
 
 
-def walk(kin, cl, joints=None, *, place=None, second=None):
+def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
     Between blocks all joints move linearly, and the true path of the tip is drawn. `joints`, shape (m, 5), mm and
     radians, are the blocks, by default one per record, as chosen by `mathpost.post.selection.choose`; `place`,
     shape (m,), is where each ends on the CL path, as in `mathpost.post.Result`. `second`, the `Kinematics` of a
-    different machine, is shown beside the first.
+    different machine, is shown beside the first. The slider begins at the record `start`.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
@@ -85,10 +85,11 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
         run = {"about": _about(each), "joints": blocks.tolist(), "place": ends.tolist(), "singular": near}
         state_runs.append(run)
         scenes.append(drawn)
-        said.append(f"record 1: {pose_text(each, blocks[0])}")
+        here = np.array([np.interp(start - 1, ends, column) for column in blocks.T])
+        said.append(f"record {start:g}: {pose_text(each, here)}")
     poses = np.concatenate([cl.points, cl.axes], axis=1).round(9).tolist()
     step = 1.0 if len(cl) > 30 else 0.05
-    sliders = [slider("record", 1.0, float(len(cl)), 1.0, step=step, unit="")]
+    sliders = [slider("record", 1.0, float(len(cl)), start, step=step, unit="")]
     state = {"kind": "walk", "cl": poses, "runs": state_runs, "places": places, "sliders": sliders}
     printed = [codegen.body(each, jacobian=False) for each, _, _ in runs]
     return Live(state, printed, "; ".join(said), scenes, height=520, layout="column")

@@ -9,7 +9,7 @@ from mathpost.draw.live import Moving, formula, printed, recorded, slider, subpl
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import selection
 from mathpost.post.between_blocks import Motion
-from mathpost.post.proof import strays
+from mathpost.post.proof import from_arc, strays
 from mathpost.post.time_law import block_times, time_law
 from mathpost.rotation import ACTIVE
 from mathpost.sources import yu_dan
@@ -113,22 +113,29 @@ def travel_limit(kin, cl, records, high):
     tilt.set(xlabel="row", ylabel=f"{name}, degrees", ylim=(-32, 32))
     tilt.set_xticks(places, map(str, records))
     price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
-    lines, dots = {}, {}
+    lines, dots, width = {}, {}, {way: 6.5 - 1.5 * number for number, way in enumerate(ways)}  # all can be seen
     for way in ways:
-        plot.along(price, list(found), [each[way].cost for each in found.values()], way)
-        (lines[way],) = tilt.plot(places, places, plot.STYLE[way], linewidth=2.5, color=plot.COLOUR[way])
+        costs = [each[way].cost for each in found.values()]
+        price.plot(*_stairs(list(found), costs), color=plot.COLOUR[way], linewidth=width[way])
+        (lines[way],) = tilt.plot(places, places, linewidth=width[way], color=plot.COLOUR[way])
         (dots[way],) = price.plot([], [], "o", color=plot.COLOUR[way])
     figure.legend(loc="outside lower center", ncols=6, fontsize=8)
 
     def update(low):
         lowest.set_ydata([low, low])
-        for shift, (way, chosen) in enumerate(found[low].items()):
-            lines[way].set_ydata(np.degrees(chosen.joints[:, 3]) + 0.5 * (1 - shift))
+        for way, chosen in found[low].items():
+            lines[way].set_ydata(np.degrees(chosen.joints[:, 3]))
             dots[way].set_data([low], [chosen.cost])
         costs = ", ".join(f"{way} {chosen.cost:.3f} s" for way, chosen in found[low].items())
         return [f"{name} from {low:.0f}°: {costs}"]
 
     return recorded(figure, update, slider(f"{name} from", -30, 0, -5, step=1), height=520)
+
+
+def _stairs(x, y):
+    """Points of a line that jumps half-way between neighbours, where it was computed at whole numbers only."""
+    edges = (np.add(x[1:], x[:-1]) / 2).repeat(2)
+    return np.r_[x[0], edges, x[-1]], np.repeat(y, 2)
 
 
 def globe():
@@ -242,8 +249,11 @@ def smoothed(kin, cl, joints, region, *, most=60):
     return recorded(figure, update, slider("n", 1, most, 5, unit=""), height=470)
 
 
-def virtual_time(kin, cl, joints, region, *, n=160):
-    """Both angles on the clamped cubic of source 002, slider Δt₁ = Δt₂, with its axis error and the path's time."""
+def virtual_time(kin, cl, joints, region, *, n=24):
+    """Both angles on the clamped cubic of source 002, sliders Δt₁ and Δt₂, its axis error and the path's time.
+
+    `n` points are blocks; the axis error is that of the curve itself, at 201 points.
+    """
     first, last = region
     names = kin.machine.joint_names[3:]
     figure, panels = subplots(1, 2, size=(8.5, 3.7))
@@ -256,18 +266,20 @@ def virtual_time(kin, cl, joints, region, *, n=160):
         panel.set_ylim(ends.min() - around, ends.max() + around)
     panels[1].legend(loc="upper right")
 
-    def update(dt):
-        place, rows = yu_dan.smooth(kin, cl, joints, region, n, dt=(dt, dt))
+    def update(*dt):
+        place, rows = yu_dan.smooth(kin, cl, joints, region, n, dt=dt)
         for curve, angle in zip(curves, rows[:, 3:].T, strict=True):
             curve.set_data(place + 1, np.degrees(angle))
-        off = np.degrees(strays(kin, cl, Motion.on_part(rows, place))[1].max())
+        fine = yu_dan.smooth(kin, cl, joints, region, 199, dt=dt)[1]
+        off = np.degrees(from_arc(kin.forward(fine)[1], *cl.axes[[first, last]]).max())
         path = np.concatenate([joints[:first], rows, joints[last + 1 :]])
         asked = block_times(kin.machine, path, kin.forward(path)[0], np.full(len(path) - 1, np.nan), True)
         seconds = time_law(kin.machine, path, asked).seconds[-1]
-        least = np.degrees(rows[:, 3].min())
+        least = np.degrees(fine[:, 3].min())
         return [f"least {names[0]} {least:.2f}°, tool axis off by {off:.2f}°, {seconds:.2f} s in {n + 1} blocks"]
 
-    return recorded(figure, update, slider("Δt₁ = Δt₂", 0.1, 2, 1, step=0.1, unit=""), height=450)
+    sliders = [slider(name, 0.1, 2, 1, step=0.1, unit="") for name in ("Δt₁", "Δt₂")]
+    return recorded(figure, update, *sliders, height=490)
 
 
 def moved_aside(crossing, *, most=6.0):

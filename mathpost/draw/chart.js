@@ -104,8 +104,12 @@ Object.assign(KINDS, {
                 moving.forEach((artist, i) => { artist.points = flat.splice(0, 2 * state.counts[i]); });
                 said = written(state.text, numbers);
             } else { // what is between two recorded positions is not known
-                const { low, step } = state.sliders[0], i = round((controls.values[0] - low) / step);
-                controls.rows[0].box.value = fixed(low + i * step, 3);
+                let i = 0;
+                state.sliders.forEach(({ low, high, step }, k) => {
+                    const at = round((controls.values[k] - low) / step);
+                    controls.rows[k].box.value = fixed(low + at * step, 3);
+                    i = i * (round((high - low) / step) + 1) + at; // the last slider runs fastest
+                });
                 moving.forEach((artist, k) => { const [x, at] = [state.x[k], state.frames[i][k]]; artist.points = x ? at.flatMap((y, n) => [x[n], y]) : at; });
                 said = state.said[i];
             }

@@ -11,6 +11,7 @@ import io
 import json
 import re
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -180,21 +181,22 @@ def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
     return figure, figure.subplots(rows, columns, **shared)
 
 
-def recorded(figure, update, control, *, height=460):
-    """Record what one slider does to a figure, for the page to replay.
+def recorded(figure, update, *controls, height=460):
+    """Record what sliders do to a figure, for the page to replay.
 
-    `figure` is from `subplots`. ``update(value)`` moves its artists and returns a list of lines of text; it is
-    called at every step of `control`, from `slider`. `height` is in pixels.
+    `figure` is from `subplots`. ``update(value, ...)`` moves its artists and returns a list of lines of text; it is
+    called at every step of each of the `controls`, from `slider`. `height` is in pixels.
     """
-    steps = round((control["high"] - control["low"]) / control["step"])
-    values = control["low"] + np.arange(steps + 1) * control["step"]
+    steps = [each["low"] + np.arange(_steps(each) + 1) * each["step"] for each in controls]
+    positions = list(product(*(values.tolist() for values in steps)))  # the last slider runs fastest
     said, frames, artists = [], [], _artists(figure)
-    for value in values:
-        said.append(update(float(value)))
+    for values in positions:
+        said.append(update(*values))
         frames.append([shown_at(artist, artist.axes) for artist in artists])
-    start = int(np.abs(values - control["value"]).argmin())
-    update(float(values[start]))
-    moving, state = [], {"sliders": [control], "said": said, "frames": [[] for _ in values], "x": []}
+    nearest = [np.abs(values - each["value"]).argmin() for values, each in zip(steps, controls, strict=True)]
+    start = int(np.ravel_multi_index(nearest, [len(values) for values in steps]))
+    update(*positions[start])
+    moving, state = [], {"sliders": list(controls), "said": said, "frames": [[] for _ in positions], "x": []}
     for artist, *way in zip(artists, *frames, strict=True):  # its points in each position
         if any(not np.array_equal(points, way[0], equal_nan=True) for points in way):
             moving.append(artist)
@@ -204,6 +206,10 @@ def recorded(figure, update, control, *, height=460):
                 frame.append(_short(points[:, 1] if upwards else points))
     state |= _spec(figure, moving)
     return Live(state, [], "; ".join(said[start]), figure=figure, height=height, layout="column")
+
+
+def _steps(control):
+    return round((control["high"] - control["low"]) / control["step"])
 
 
 class Moving(dict):

@@ -125,6 +125,30 @@ def on_pole_map(kin, tool_axes):
     return angle * np.cos(direction), angle * np.sin(direction)
 
 
+def pole_globe(axes, kin, paths, *, most=6, times=8):
+    """Draw tool axes near the pole on a globe, their angles from it so many `times` as large, up to `most` degrees.
+
+    `paths` maps a role, one of `COLOUR`, to tool axes (n, 3); `axes` are three-dimensional.
+    """
+
+    def lifted(across, up):
+        angle, heading = np.radians(times) * np.hypot(across, up), np.arctan2(up, across)
+        return np.sin(angle) * np.cos(heading), np.sin(angle) * np.sin(heading), np.cos(angle)
+
+    turn, grey = np.linspace(0, 2 * np.pi, 73), {"color": COLOUR["machine"], "linewidth": 0.6}
+    for degrees in range(1, most + 1):
+        axes.plot(*lifted(degrees * np.cos(turn), degrees * np.sin(turn)), **grey)
+    for heading in turn[:-1:6]:
+        axes.plot(
+            *lifted(np.linspace(0, most, 25) * np.cos(heading), np.linspace(0, most, 25) * np.sin(heading)), **grey
+        )
+    for role, tool_axes in paths.items():
+        axes.plot(*lifted(*on_pole_map(kin, tool_axes)), STYLE[role], color=COLOUR[role], linewidth=2.2, label=role)
+    axes.set_box_aspect((1, 1, 0.5), zoom=1.4)
+    axes.view_init(elev=50, azim=-75)
+    axes.set_axis_off()
+
+
 def tip_path(axes, kin, joints, *, role, label):
     """Draw, seen from above, the true path of the tip when all joints move linearly from row to row."""
     tip = true_tip(kin, joints, samples=40)

@@ -101,4 +101,6 @@ def test_virtual_time(dmu50v, blade):
     assert off == pytest.approx(np.degrees(way.axis_error), abs=0.006)
     assert seconds == pytest.approx(way.time, abs=0.06)  # more blocks, other corners
     spoken = [line for (line,) in view.state["said"]]
-    assert "least B -0.20°, tool axis off by 0.57°" in spoken[4] and "off by 1.95°" in spoken[-1]
+    assert len(spoken) == 400
+    assert "least B -0.20°, tool axis off by 0.57°" in spoken[20 * 4 + 4] and "off by 1.95°" in spoken[-1]
+    assert "off by 0.35°" in spoken[20 * 2 + 16], "Δt₁ = 0.3, Δt₂ = 1.7: the last slider runs fastest"
