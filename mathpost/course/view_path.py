@@ -249,7 +249,7 @@ def smoothed(kin, cl, joints, region, *, most=60):
     return recorded(figure, update, slider("n", 1, most, 5, unit=""), height=470)
 
 
-def virtual_time(kin, cl, joints, region, *, n=24):
+def virtual_time(kin, cl, joints, region, *, n=20):
     """Both angles on the clamped cubic of source 002, sliders Δt₁ and Δt₂, its axis error and the path's time.
 
     `n` points are blocks; the axis error is that of the curve itself, at 201 points.
