@@ -73,11 +73,12 @@ def _typed_twice(graph, found):
     own = graph.own
     given = {(*c.angles, *c.point, *c.origin): c for c in found.calculations}
     given = [places for places in given if places and found.typed.issuperset(places)]
-    unused = found.lines(found.typed - graph.used.keys(), 3)
-    tables = {id(graph.component[p]) for p in graph.used if p in graph.component}
-    unused = [line for line in unused if id(graph.component[line[0]]) not in tables]
     threes = (c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3)
-    pairs = [*product((c for c in dict.fromkeys(threes) if found.typed.issuperset(c)), unused)]
+    threes = [c for c in dict.fromkeys(threes) if found.typed.issuperset(c)]
+    unused, numbers = found.typed - graph.used.keys(), {own[p] for three in threes for p in three}
+    tables = {id(graph.component[p]) for p in graph.used if p in graph.component}
+    lines = [line for line in found.lines({p for p in unused if own[p] in numbers}, 2) if unused.issuperset(line)]
+    pairs = [*product(threes, (line for line in lines if id(graph.component[line[0]]) not in tables))]
     if len(given) == 2 and len({graph.component[places[0]] for places in given}) == 2:
         pairs.append(given)
     for a, b in pairs:
