@@ -12,7 +12,7 @@ from pathlib import Path
 
 import openpyxl
 from mathpost.workbook.file import local_address, recalculate
-from mathpost.workbook.values import elementary_formulas
+from mathpost.workbook.verdict.labels import elementary_formulas
 from openpyxl.styles import Alignment, Border, Font, PatternFill, Side
 from openpyxl.utils import get_column_letter
 from openpyxl.workbook.defined_name import DefinedName

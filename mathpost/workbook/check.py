@@ -175,9 +175,12 @@ def _warnings(judge, lost):
 
 def _by_values(graph, found):
     statuses, faults, seen = check_values(graph, found)
+    results_right = not faults and RIGHT in statuses.values()
     if statuses:  # a formula is not looked at there
         statuses = dict.fromkeys(graph.trees.keys() - graph.messages, UNCLEAR) | statuses
-    return _report(graph, statuses, faults, seen, [LUCKY])
+    report = _report(graph, statuses, faults, seen, [LUCKY])
+    report.beside = results_right and report.verdict == UNCLEAR
+    return report
 
 
 def _report(graph, statuses, faults, seen, warnings, unclear=False):

@@ -2,6 +2,6 @@
 
 `judge` (with `sampled`) compares the calculations at random inputs, `where` finds the first wrong cell, `why` the
 slip. `beside` judges the cells that no result needs: by what is `known`, by the cells `around`, by what is
-`labelled`. `inputs` doubts what is given. `values` judges sheets of numbers without formulas: by their labels, or
-(with `threes`) by what becomes of what. `reason` says which rule judged a cell.
+`labelled`. `inputs` doubts what is given. `labels` says which formulas belong beside the labels;
+`values` judges the results of sheets of numbers without formulas. `reason` says which rule judged a cell.
 """

@@ -18,9 +18,9 @@ from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.formula import areas
 from mathpost.workbook.sheet.graph import SAMPLES, Graph, same
 from mathpost.workbook.verdict.inputs import angle_in_the_text
+from mathpost.workbook.verdict.labels import read_labels
 from mathpost.workbook.verdict.machine_causes import by_cause, or_else
 from mathpost.workbook.verdict.sampled import Sampled
-from mathpost.workbook.verdict.values import read_labels
 from mathpost.workbook.verdict.where import Where
 from mathpost.workbook.verdict.why import Why
 
@@ -323,7 +323,7 @@ class Judge(Sampled):
 
     def _as_the_labels_say(self):
         """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
-        _, implied = read_labels(self.graph, by_numbers=False)
+        implied = read_labels(self.graph)
         whole = Graph(self.graph.book, implied)
         values = whole.run({p: v for p, v in self.inputs.items() if p not in implied})
         met = [c.targets for c in self.live if implied.keys() >= c.targets.keys() and self.met(c.targets, values)]
