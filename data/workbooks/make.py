@@ -12,12 +12,13 @@ from pathlib import Path
 
 import openpyxl
 from mathpost.workbook.file import local_address, recalculate
-from mathpost.workbook.verdict.labels import elementary_formulas
 from openpyxl.styles import Alignment, Border, Font, PatternFill, Side
 from openpyxl.utils import get_column_letter
 from openpyxl.workbook.defined_name import DefinedName
 from openpyxl.worksheet.formula import ArrayFormula
 from openpyxl.worksheet.properties import PageSetupProperties
+
+from mathpost.workbook.verdict.labels import elementary_formulas
 
 HERE = Path(__file__).parent
 TABLES = HERE.parent / "tables"
