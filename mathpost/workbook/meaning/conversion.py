@@ -9,7 +9,7 @@ import numpy as np
 from mathpost import euler
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
 from mathpost.workbook.meaning.given import runs
-from mathpost.workbook.meaning.plane_angles import PLANE_WORDS, computed_angles
+from mathpost.workbook.meaning.plane_angles import PLANE_WORDS, by_words, computed_angles
 from mathpost.workbook.meaning.texts import FIXED, SEQUENCE, TURNS
 from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.formula import parts_of
@@ -87,6 +87,8 @@ def find_conversions(found):
             unit = 1.0 if in_degrees else float(np.rad2deg(1))
             said = f"{sequence} angles converted into {into}"
             angles, line = found.by_name(angles, sequence), found.by_name(line, into)
+            if all(named):
+                angles, line = by_words(found, angles), by_words(found, line)
             yield Conversion(line, angles, said=said, sequence=sequence, into=into, unit=unit)
 
 

@@ -224,7 +224,7 @@ def _table(graph, kinematics, columns, enough):
     units = tuple(columns[n].unit for n in words[-2:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
     parts = [[columns[n] for n in part] for part in (tip, axis, words)]
-    exchanged = _exchanged(graph, kinematics, *parts, _stand_apart(tip, axis, words))
+    exchanged = headings_exchanged(graph, kinematics, *parts, _stand_apart(tip, axis, words))
     columns = tuple(source), tuple(columns[n] for n in words)
     return Table(rows, units, counters, tuple(left), tuple(others), exchanged, *columns)
 
@@ -239,7 +239,7 @@ def _stand_apart(tip, axis, words):
     return near(tip, rotary) and near(linear, axis) and not (near(tip, axis) or near(linear, rotary))
 
 
-def _exchanged(graph, kinematics, tip, axis, words, apart):
+def headings_exchanged(graph, kinematics, tip, axis, words, apart=False):
     """The first cell under the heading of another column, or that is made of such, and what is said there."""
     names = "".join(name[0].lower() for name in kinematics.machine.joint_names)
     said = [{c.said for c in part} for part in (tip, words[-5:-2])]

@@ -11,7 +11,7 @@ import numpy as np
 
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.label import IN_RADIANS
-from mathpost.workbook.meaning.nc_columns import CLOSE, PLAIN, Table, letters_of, normal
+from mathpost.workbook.meaning.nc_columns import CLOSE, PLAIN, Column, Table, headings_exchanged, letters_of, normal
 from mathpost.workbook.sheet.edits import INVERSE
 from mathpost.workbook.sheet.formula import heads
 from mathpost.workbook.sheet.graph import offset, same
@@ -60,7 +60,15 @@ class Positions:
         found = [(*self.linear(tip, axis, rotary), tip) for tip in (tips if fit >= ENOUGH else ())]
         more, linear, tip = max(found, key=lambda each: each[0], default=(0.0, (), ()))
         words = *linear, *rotary
-        return fit + more, Table([(tip if linear else (), axis, words)], tuple(rotary.values()))
+        parts = ([self.column(p) for p in part] for part in (tip if linear else (), axis, words))
+        exchanged = headings_exchanged(self.graph, self.kinematics, *parts)
+        return fit + more, Table(
+            [(tip if linear else (), axis, words)], tuple(rotary.values()), exchanged=exchanged
+        )
+
+    def column(self, place):
+        """A cell as the column of a table."""
+        return Column((place,), None, self.letters[place], place not in self.graph.trees, 1.0, "", 0.0)
 
     def values(self, given):
         """Place → what is there, of the formulas that depend on the numbers `given`, place → samples."""

@@ -265,7 +265,7 @@ def _best(found, line, others):
     graph = found.graph
     used = graph.upstream(line) & found.typed - graph.trees.keys() - graph.upstream(others)
     used = {p for p in used if (np.abs(graph.own[p] - CONVERSIONS) > 1e-4 * CONVERSIONS).all()}
-    line = _named(found, line)
+    line = by_words(found, line)
     calculated = tuple(p for p in line if p not in others)
     third = found.sorted(graph.upstream(others) & found.typed)
     # An angle that is 0, or that a cell elsewhere holds, is given; another number may be typed over a formula.
@@ -368,13 +368,14 @@ def _fits(graph, plane, drawn=False):
     return angles + others, angles, len(plane.results)
 
 
-def _named(found, line):
+def by_words(found, line):
     """The cells in the order of the angles that their labels name."""
     labels = [*map(found.label, line)]
     names = [re.sub(r"[^a-z].*", "", label.lower()) for label in labels]
-    order = next((group for group in NAMED if sorted(names) == sorted(group)), None)
+    may = ([name for name in group if name in names] for group in NAMED)
+    order = next((order for order in may if len(order) == len(line)), None)
     if order is None:  # α and β, of which φ, θ and ψ do not say which is first
         names = [re.sub("(?i)phi|psi|theta|[φψθ]", "", label) for label in labels]
         names = [role and role.kind == "angle" and role.word for role in map(read_label, names)]
         order = sorted(names) if all(names) and len({*names}) == len(names) else names
-    return tuple(line[names.index(name)] for name in order) if order != names else line
+    return tuple(line[names.index(name)] for name in order)

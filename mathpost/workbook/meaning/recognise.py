@@ -313,6 +313,9 @@ class Recognised(Vectors):
 
     def scalar_first(self, line):
         """The cells of a quaternion, w before x, y and z, whichever the labels say is first."""
+        said = ["".join(re.findall(r"\bq?_?([wxyz])\b", self.label(p), re.I)).lower() for p in line]
+        if sorted(said) == [*"wxyz"]:
+            return tuple(line[said.index(letter)] for letter in "wxyz")
         first, last = (re.search(name, self.label(line[0]), re.I) for name in (r"w|q?0|s", r"\bq?[xi]\b|\bq?1\b"))
         return line[-1:] + line[:-1] if last and not first else line
 

@@ -228,22 +228,28 @@ class Judge(Sampled):
         self.faults[first:] = _one_convention(self.faults[first:])
 
     def _exchanged(self, calculation):
-        """What belongs into a result that is of another point, or whose coordinates are exchanged, recorded."""
-        results, wanted = calculation.results[:3], [*calculation.targets.values()][:3]
-        if not (isinstance(calculation, Turn) and len(results) == 3 and calculation.point):
-            return None
+        """What belongs into a result that is of another point, or stands under each other's headings, recorded."""
+        results, wanted = calculation.results, [*calculation.targets.values()]
+        of_points = isinstance(calculation, Turn) and calculation.point
+        if of_points:
+            results, wanted = results[:3], wanted[:3]
         now, short = self.block(results), self.graph.short(results[0])
-        for other in (c for c in self.live if isinstance(c, Turn) and c.point and c is not calculation):
+        for other in (
+            c for c in self.live if of_points and isinstance(c, Turn) and c.point and c is not calculation
+        ):
             if same(now, np.array([*other.targets.values()][:3])):
                 text = f"{short} is what becomes of {self.graph.range(other.point)}"
                 self.faults.append(self.fault(results[0], "wrong point", text))
                 return dict(zip(results, wanted, strict=True))
-        fits = np.array([[same(each, target) for target in wanted] for each in now])
-        if not (all(map(self.found.coordinate, results)) and (fits.any(axis=0) & fits.any(axis=1)).all()):
+        headings = [self.found.coordinate(p) if of_points else self.found.label(p) for p in results]
+        fits = np.array([[self.met({p: target}) for target in wanted] for p in results])
+        is_named = all(headings) and len({*headings}) == len(results) < 5
+        if not (is_named and (fits.any(axis=0) & fits.any(axis=1)).all()):
             return None
         k = int(np.argmin(fits.diagonal()))
-        text = f"is {'xyz'[int(fits[k].argmax())]}', and {'xyz'[k]}' belongs there: exchanged"
-        self.faults.append(self.fault(results[k], "exchanged", f"{self.graph.short(results[k])} {text}"))
+        other = self.graph.short(results[int(fits[k].argmax())])
+        text = f"{self.graph.short(results[k])} is what belongs into {other}: exchanged"
+        self.faults.append(self.fault(results[k], "exchanged", text))
         return dict(zip(results, wanted, strict=True))
 
     def _choose(self, last):
