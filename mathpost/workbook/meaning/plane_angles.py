@@ -378,4 +378,4 @@ def by_words(found, line):
         names = [re.sub("(?i)phi|psi|theta|[φψθ]", "", label) for label in labels]
         names = [role and role.kind == "angle" and role.word for role in map(read_label, names)]
         order = sorted(names) if all(names) and len({*names}) == len(names) else names
-    return tuple(line[names.index(name)] for name in order)
+    return tuple(line[names.index(name)] for name in order) if order != names else line

@@ -25,7 +25,7 @@ from mathpost.workbook.verdict.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
 MANY = 200  # cells that are nothing known: of more no rule is tried that compares them with each other
-COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
+COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet|abstand|distan|距离"
 LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
 EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"
 BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
