@@ -52,7 +52,7 @@ def test_lesson_01_fails_if_about_turns_as_the_left_hand_does(monkeypatch, deriv
     """Also if the derivation in the lesson is turned with it: the quarter turns of the learner's hand remain."""
     about = rotation.about
     monkeypatch.setattr(rotation, "about", lambda axis, angle: about(axis, -angle))
-    path, space = ROOT / "notebooks/01_rotating_a_point.ipynb", {}
+    path, space = ROOT / "notebooks/01_rotating_a_point.ipynb", {"display": lambda shown: None}
     cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
     for source in ("".join(cell["source"]) for cell in cells):
         if "about(unit[axis]" in source:
