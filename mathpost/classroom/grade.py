@@ -9,17 +9,19 @@ import math
 import tempfile
 import time
 from collections import Counter, defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 
 from mathpost.bounds import TooLarge, bounded
 from mathpost.classroom import judged
 from mathpost.classroom.handed_in import collect
+from mathpost.classroom.kept import Kept
 from mathpost.course import exercise
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError
 from mathpost.toml_table import read_toml
+from mathpost.workbook.folder import DAMAGED
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
@@ -123,14 +125,16 @@ class Class:
         return sorted(rows, key=lambda row: (-row[2] / row[1], -row[2], row[0]))
 
 
-def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
+def grade(folder, rules=None, *, lessons=None, rerun=None, kept=None, progress=None):
     """Judge what a class handed in, a folder laid out as `handed_in` says; return a `Class`.
 
     `lessons` is the folder of the notebooks as handed out, by default the course's; what they say is nobody's own
-    work. ``rerun(path)`` executes a notebook and returns the path of the result; see `rerun.Place`. After each
-    workbook, and each notebook that is run, ``progress(done, total, name)`` is called. An empty folder is an
-    `InputError`; a bad file goes into its student's `trouble`.
+    work. ``rerun(path)`` executes a notebook and returns the path of the result; see `rerun.Place`. `kept` are the
+    records of what was judged before, a `kept.Kept`. After each workbook, and each notebook that is run,
+    ``progress(done, total, name)`` is called. An empty folder is an `InputError`; a bad file goes into its
+    student's `trouble`.
     """
+    kept = kept or Kept()
     rules = rules or Rules()
     if lessons is not None and not Path(lessons).is_dir():
         raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
@@ -140,7 +144,7 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
         course = _handed_out(handed_out)
         slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
         step = (lambda name: progress(next(done), slow, name)) if progress else str
-        results = [_student(each, course, rerun, step) for each in students]
+        results = [_student(each, course, rerun, kept, step) for each in students]
     _say_whose_numbers(results)
     same = _same(results)
     missing = set(rules.students) - {each.name for each in results}
@@ -190,7 +194,7 @@ def lesson_of(name):
     return name.split("-")[0]
 
 
-def _student(student, handed_out, rerun, step):
+def _student(student, handed_out, rerun, kept, step):
     """Judge one student's files; `handed_out` are the digests of the course's files and of its cells."""
     result, tried, begun = Result(student.name, trouble=list(student.refused)), {}, time.process_time()
     for path in (*student.notebooks, *student.workbooks):
@@ -203,9 +207,12 @@ def _student(student, handed_out, rerun, step):
             with bounded(left):
                 content = judged.digest(path.read_bytes())
                 if kind == "a notebook":
-                    _notebook(result, path, content, judged.notebook(path, tried), handed_out, rerun)
+                    found = _notebook(path, content, tried, kept)
+                    _add_notebook(result, path, content, found, handed_out)
+                    if rerun:
+                        result.reran |= _run_differently(path, content, found, rerun, kept)
                 elif content not in handed_out:
-                    _workbook(result, path, content, judged.workbook(path))
+                    _add_workbook(result, path, content, _workbook(path, content, kept))
         except InputError as error:
             result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
         except TooLarge as error:
@@ -216,13 +223,47 @@ def _student(student, handed_out, rerun, step):
             result.trouble.append((path.name, error.strerror or str(error)))
         if rerun or kind == "a workbook":
             step(f"{student.name}: {path.name}")
+    kept.commit()
     if not (result.notebooks or result.workbooks or result.trouble):
         result.trouble.append(("", "nothing was handed in"))
     return result
 
 
-def _notebook(result, path, content, found, handed_out, rerun):
-    """Add the answers in one notebook, and what differs when it is run."""
+def _notebook(path, content, tried, kept):
+    """The record of a notebook, kept or new."""
+    if any(not each.solve.__module__.startswith("mathpost.course.") for each in EXERCISES.values()):
+        return judged.notebook(path, tried)  # by a teacher's own exercises, which may change
+    if found := kept.get("notebook", content):
+        judged.count(found.given, tried)
+        return found
+    found = judged.notebook(path, tried)
+    kept.put("notebook", content, found)
+    return found
+
+
+def _workbook(path, content, kept):
+    """The record of a workbook, kept or new."""
+    if found := kept.get("workbook", content):
+        return replace(found, name=path.name)
+    found = judged.workbook(path)
+    if found.verdict != DAMAGED:  # which may be different where LibreOffice is
+        kept.put("workbook", content, found)
+    return found
+
+
+def _run_differently(path, content, found, rerun, kept):
+    """Exercise → status when the notebook is run, where it is not the saved one."""
+    before = {each.name: each.status for each in found.verdicts}
+    after = kept.get("run", content)
+    if after is None:
+        after = {each.name: each.status for each in judged.notebook(rerun(path), {}).verdicts}
+        kept.put("run", content, after)
+    run = {name: after.get(name, OPEN) for name in before.keys() | after.keys()}
+    return {name: status for name, status in run.items() if status != before.get(name, OPEN)}
+
+
+def _add_notebook(result, path, content, found, handed_out):
+    """Add the answers in one notebook."""
     result.notebooks += 1
     if not found.cells:
         result.trouble.append((path.name, "no cell has anything in it"))
@@ -244,11 +285,6 @@ def _notebook(result, path, content, found, handed_out, rerun):
     own = [(each.source, each.length) for each in found.cells if each.source not in handed_out]
     if (own or found.answers) and content not in handed_out:
         result.works += [(FILE, path.name, content), (TEXT, path.name, (found.answers, own))]
-    if rerun:
-        before = {each.name: each.status for each in found.verdicts}
-        after = {each.name: each.status for each in judged.notebook(rerun(path), {}).verdicts}
-        run = {name: after.get(name, OPEN) for name in before.keys() | after.keys()}
-        result.reran |= {name: status for name, status in run.items() if status != before.get(name, OPEN)}
 
 
 def _changed(found, handed_out):
@@ -262,7 +298,7 @@ def _changed(found, handed_out):
             yield name, RETYPED
 
 
-def _workbook(result, path, content, found):
+def _add_workbook(result, path, content, found):
     """Add the check of one workbook."""
     result.workbooks.append(found)
     if found.why:

@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from mathpost.classroom import grade, grade_page
+from mathpost.classroom.kept import Kept
 from mathpost.classroom.rerun import Place
 from mathpost.files import write_text
 from mathpost.shell.options import FILE, LANGUAGE, OUTPUT, show_progress
@@ -13,7 +14,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     add = parser.add_argument
     add("folder", **FILE | {"metavar": "FOLDER"}, help="what was handed in, or a zip of it")
-    add(*OUTPUT, **FILE | {"metavar": "REPORT"}, required=True, help="writes .html and .csv")
+    add(
+        *OUTPUT,
+        **FILE | {"metavar": "REPORT"},
+        required=True,
+        help="writes .html, .csv and .judged",
+    )
     add("--rules", **FILE, help="points, weights and who should hand in, TOML")
     add("--lessons", **FILE | {"metavar": "FOLDER"}, help="what was handed out (default: the course)")
     add("--language", **LANGUAGE)
@@ -24,11 +30,16 @@ def run(options: argparse.Namespace) -> int:
     """Write the report; 1 if something was not read or a verdict does not fit its answer."""
     rules = grade.read_rules(options.rules) if options.rules else None
     place = Place() if options.rerun else None
-    graded = grade.grade(options.folder, rules, lessons=options.lessons, rerun=place, progress=show_progress)
+    report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
+    among = options.folder.resolve() in report.resolve().parents
+    kept = Kept(None if among else report.with_name(f"{report.name}.judged"))
+    how = {"lessons": options.lessons, "rerun": place, "kept": kept, "progress": show_progress}
+    graded = grade.grade(options.folder, rules, **how)
+    if among:
+        graded.notes.append("Nothing was kept for the next time: the report stands among what was handed in.")
     graded.notes += place.open if place else ["No notebook was run."]
     for note in graded.notes:
         print(note, file=sys.stderr)
-    report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
     page, table = (report.with_name(report.name + suffix) for suffix in (".html", ".csv"))
     write_text(page, grade_page.to_html(graded, options.language))
     write_text(table, grade_page.to_csv(graded, options.language))

@@ -92,8 +92,8 @@ def test_what_no_count_foresees_is_bounded_too(bound, tmp_path, monkeypatch):
     honest = checks._checked
     monkeypatch.setattr(checks, "_checked", endless)
     monkeypatch.setattr(checks, "bounded", lambda: bounded(0.3 if bound == "time" else 60, 2**28))
-    for name in ("ada", "eve"):
-        workbook(SHEETS["u001"]).save(tmp_path / f"{name}.xlsx")
+    for name, sheet in (("ada", "u001"), ("eve", "u002")):
+        workbook(SHEETS[sheet]).save(tmp_path / f"{name}.xlsx")
     ada, eve = check_folder(tmp_path).rows
     figure = {"time": "more than 0.3 s", "memory": "more than 0.25 GB of memory"}[bound]
     assert (ada[1], eve[1], eve[5]) == ("right", "unclear", f"not judged: too large ({figure})")

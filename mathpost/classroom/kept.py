@@ -1,0 +1,96 @@
+"""What was judged before, so that only new files are judged again: a file beside the report, the teacher's alone.
+
+A record is found by the content of the file that it is about and by the edition of everything that judges: another
+byte in either, and the file is judged anew. It is read as plain data, and one that is not whole counts as none.
+"""
+
+import hashlib
+import json
+import os
+import sqlite3
+import stat
+import sys
+from dataclasses import asdict
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from mathpost.classroom.judged import Cell, Notebook, Workbook
+from mathpost.course.verdict import Verdict
+from mathpost.errors import InputError, OutputError
+from mathpost.files import data_file
+
+BESIDE = ("numpy", "scipy", "sympy", "openpyxl")  # what else a verdict depends on
+TABLE = "CREATE TABLE IF NOT EXISTS kept (key TEXT PRIMARY KEY, edition TEXT, record TEXT)"
+EXPECTED = "records of your own that nobody else may write; delete it to judge everything anew"
+
+
+class Kept:
+    """Records in a file; without a path, in memory.
+
+    There is an `InputError` if the file is a link, somebody else's, one that others may write, or no such file, and
+    an `OutputError` if it cannot be made.
+    """
+
+    def __init__(self, path=None):
+        self.path = Path(path) if path else None
+        if self.path:
+            self._make_or_check()
+        try:
+            self._database = sqlite3.connect(self.path or ":memory:")
+            self._database.execute("PRAGMA synchronous = OFF")  # what is lost is judged again
+            self._database.execute(TABLE)
+            self._database.execute("DELETE FROM kept WHERE edition != ?", (edition(),))
+            self._database.commit()
+        except sqlite3.Error as error:
+            raise InputError(str(self.path), EXPECTED, str(error)) from None
+
+    def commit(self):
+        """Keep what was judged, come what may."""
+        self._database.commit()
+
+    def get(self, kind, content):
+        """Return the record of a kind ("notebook", "workbook", "run") by the digest of the content, or None."""
+        row = self._database.execute("SELECT record FROM kept WHERE key = ?", (f"{kind} {content}",)).fetchone()
+        try:
+            return row and _READ[kind](json.loads(row[0]))
+        except (ValueError, TypeError, KeyError, AttributeError):
+            return None
+
+    def put(self, kind, content, record):
+        """Keep a record."""
+        data = record if isinstance(record, dict) else asdict(record)
+        row = (f"{kind} {content}", edition(), json.dumps(data))
+        self._database.execute("INSERT OR REPLACE INTO kept VALUES (?, ?, ?)", row)
+
+    def _make_or_check(self):
+        try:
+            os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600))
+        except OSError as error:
+            if self.path.is_symlink():
+                raise InputError(str(self.path), EXPECTED, "a link") from None
+            raise OutputError(f"{self.path}: not written, {error.strerror or error}") from None
+        found = self.path.stat()
+        if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+            said = f"account {found.st_uid}, mode {stat.S_IMODE(found.st_mode):o}"
+            raise InputError(str(self.path), EXPECTED, said)
+
+
+@cache
+def edition():
+    """A digest of everything that judges: this package with its data, and what it calculates with."""
+    said = hashlib.sha256(" ".join([sys.version, *map(version, BESIDE)]).encode())
+    for folder in (Path(__file__).parents[1], data_file("machines").parent):
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                said.update(f"{path.relative_to(folder)} ".encode() + path.read_bytes())
+    return said.hexdigest()
+
+
+def _notebook(data):
+    verdicts = tuple(Verdict(**each) for each in data["verdicts"])
+    cells = tuple(Cell(each["source"], each["length"], tuple(each["asks"])) for each in data["cells"])
+    return Notebook(tuple((name, digest) for name, digest in data["given"]), verdicts, data["answers"], cells)
+
+
+_READ = {"notebook": _notebook, "workbook": lambda data: Workbook(**data), "run": dict}
