@@ -252,7 +252,7 @@ def judge_numbers(rows, values):
     kinematics, values = rows[0].kinematics, dict(values)
     for before, row in pairwise(rows):
         for place, same in zip(row.results, before.results, strict=True):
-            if values.get(place) is None:
+            if place not in values:
                 values[place] = values.get(same)  # a blank is the word before
     for row in rows:
         numbers = {p: values.get(p) for p in (*row.given, *row.results)}
