@@ -4,12 +4,21 @@ As in a measuring report and in the control's tables, angles are degrees here an
 minus target, so that a command is corrected by *subtracting* the error.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.measure import csv_table, spline
+
+if TYPE_CHECKING:
+    from mathpost.measure.spline import Curve, Points
 
 ARCSECONDS = 3600  # in a degree
 RUNS = tuple(f"{side}{run}" for run in range(1, 51) for side in ("up", "down"))  # columns of a report
@@ -24,7 +33,7 @@ class Runs:
     up: np.ndarray  # errors in the positive direction, seconds of arc, shape (targets, runs)
     down: np.ndarray  # and in the negative one
 
-    def mean(self, direction="both"):
+    def mean(self, direction: str = "both") -> np.ndarray:
         """Return the mean error at each target, shape (targets,), for "up", "down" or "both" directions."""
         up, down = self.up.mean(axis=1), self.down.mean(axis=1)
         means = {"up": up, "down": down, "both": (up + down) / 2}
@@ -32,7 +41,7 @@ class Runs:
             raise InputError("direction", '"up", "down" or "both"', repr(direction))
         return means[direction]
 
-    def points(self, direction="both", *, endless=False):
+    def points(self, direction: str = "both", *, endless: bool = False) -> Points:
         """Return the means as `mathpost.measure.spline.Points`, which repeat after 360° if the axis is endless."""
         return spline.points(self.angles, self.mean(direction), period=360.0 if endless else None)
 
@@ -50,12 +59,12 @@ class Accuracy:
     R: tuple  # the widest 4 s, of both directions 2 s up + 2 s down + |B| if that is wider
     A: tuple  # from the lowest mean − 2 s to the highest mean + 2 s
 
-    def __str__(self):
+    def __str__(self) -> str:
         pairs = (("A", self.A[2]), ("E", self.E[2]), ("M", self.M), ("B", self.B), ("R", self.R[2]))
         return "   ".join(f"{name} {value:6.2f}" for name, value in pairs) + "   arcsec"
 
 
-def read_runs(path):
+def read_runs(path: Path | str) -> Runs:
     """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, … as `Runs`.
 
     Angles in degrees, increasing; errors in seconds of arc unless the file names another unit. `InputError` with
@@ -81,7 +90,7 @@ def read_runs(path):
     return Runs(read["angle"], up, down)
 
 
-def from_arrays(angles, up, down):
+def from_arrays(angles: ArrayLike, up: ArrayLike, down: ArrayLike) -> Runs:
     """Check arrays of the shapes of `Runs` and return them as one; two approaches or more from each side."""
     angles = as_array(angles, np.size(angles), "angles")
     up, down = (np.asarray(runs, dtype=float) for runs in (up, down))
@@ -94,7 +103,7 @@ def from_arrays(angles, up, down):
     return Runs(angles, up, down)
 
 
-def accuracy(runs):
+def accuracy(runs: Runs) -> Accuracy:
     """Return the `Accuracy` of `runs` after ISO 230-2, with the coverage factor 2.
 
     Examples
@@ -120,7 +129,7 @@ def accuracy(runs):
     )
 
 
-def commands(error, targets):
+def commands(error: Curve, targets: ArrayLike) -> np.ndarray:
     """Return the angles to command so that the axis arrives at `targets`, degrees: target minus error.
 
     `error` is a `mathpost.measure.spline.Curve`, seconds of arc over degrees. It is taken at the target, as a
@@ -130,7 +139,7 @@ def commands(error, targets):
     return targets - error(targets) / ARCSECONDS
 
 
-def command_table(error, targets):
+def command_table(error: Curve, targets: Sequence[float]) -> str:
     """Return the compensated command table as the text of a CSV file: target, error, correction, command."""
     rows = ["# errors in seconds of arc, actual minus target; angles in degrees", "target,error,correction,command"]
     for target, command in zip(targets, commands(error, targets), strict=True):

@@ -6,9 +6,16 @@ every 2ⁿ × 0.0001 mm or degrees (TNC 407, technical manual, page 153). How it
 wants was not to be had: no file is made up here.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mathpost.errors import InputError
+
+if TYPE_CHECKING:
+    from mathpost.measure.spline import Curve
 
 DEGREES = 1 / 3600  # of a second of arc
 HEIDENHAIN = (
@@ -18,7 +25,7 @@ HEIDENHAIN = (
 LARGEST = 7  # that a Fanuc compensation point holds
 
 
-def entries(error, step):
+def entries(error: Curve, step: float) -> np.ndarray:
     """Return the positions of a control's table: every `step` over the turn or the measured travel."""
     low, high = error.points.at[[0, -1]] if error.points.period is None else (0.0, error.points.period)
     count = (high - low) / step if step > 0 else 0.5
@@ -27,7 +34,7 @@ def entries(error, step):
     return low + step * np.arange(round(count) + 1)
 
 
-def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
+def siemens(axis: str, step: float, error: Curve, error_down: Curve | None = None, *, unit: float = DEGREES) -> str:
     """Return a compensation table for a Siemens 840D as the text of an INI file.
 
     `axis` is the machine axis, such as "C" or "AX5"; `step`, degrees or mm between entries, must divide the turn or
@@ -55,16 +62,24 @@ def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
         return "\n".join(["%_N_AX_EEC_INI", "CHANDATA(1)", *lines, "M17"]) + "\n"
     if not np.array_equal(at, entries(error_down, step)):
         raise InputError("error_down", "a curve over the same range as error", "another range")
-    spacing = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})"} | spacing
+    columns = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})"} | spacing
     for number, (direction, each) in enumerate([(1, error), (-1, error_down)]):
         lines += [f"$AN_CEC[{number},{n}]={value:z.6f}" for n, value in enumerate(each(at) * unit)]
-        ending = spacing | {"DIRECTION": direction, "MULT_BY_TABLE": 0} | modulo
+        ending = columns | {"DIRECTION": direction, "MULT_BY_TABLE": 0} | modulo
         lines += [f"$AN_CEC_{key}[{number}]={value}" for key, value in ending.items()]
     note = "; the entries are errors, actual minus target: try one before use"
     return "\n".join(["%_N_NC_CEC_INI", "CHANDATA(1)", note, *lines, "M17"]) + "\n"
 
 
-def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=None):
+def fanuc(
+    axis: int,
+    step: float,
+    error: Curve,
+    *,
+    unit: float = DEGREES,
+    detection: float = 0.001,
+    reference: int | None = None,
+) -> str:
     """Return parameters and points of a Fanuc's pitch error compensation as text.
 
     Each point holds what the correction grows by from the point before it: whole detection units, −7 to 7, times a

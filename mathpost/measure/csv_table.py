@@ -14,10 +14,15 @@ the ends of lines, columns of times, temperatures, numbers and remarks. What was
 A unit may stand behind a column's name, ``x (µm)``.
 """
 
+from __future__ import annotations
+
 import csv
 import math
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -85,31 +90,35 @@ class Table(dict):
     sentences on what was not read.
     """
 
-    def __init__(self, path):
-        self.path, self.header, self.lines, self.settings, self.notes = str(path), "", (), {}, ()
+    def __init__(self, path: Path | str) -> None:
+        self.path = str(path)
+        self.header = ""
+        self.lines: tuple[int, ...] = ()
+        self.settings: dict[str, str] = {}
+        self.notes: tuple[str, ...] = ()
 
-    def where(self, row, name):
+    def where(self, row: int, name: str) -> str:
         """Say where the entry of `row` (from 0) in column `name` stands."""
         return f"{self.path}, line {self.lines[row]}, column {name!r}"
 
-    def refuse(self, expected, found=""):
+    def refuse(self, expected: str, found: str | None = "") -> NoReturn:
         """Raise `InputError` for what the file as a whole says, or lacks."""
         raise InputError(self.header, expected, found or "none") from None
 
-    def need(self, names, expected):
+    def need(self, names: Iterable[str], expected: str) -> None:
         """Refuse a table that lacks one of the columns `names`."""
         for name in names:
             if name not in self:
                 self.refuse(expected, f"no {name!r}")
 
-    def choice(self, key, choices):
+    def choice(self, key: str, choices: dict[str, Any]) -> Any:
         """Return what of `choices`, a dict, a setting names."""
         said = self.settings.get(key)
         if said not in choices:
             self.refuse(f"a line # {key} = {' or '.join(choices)}", said and repr(said))
         return choices[said]
 
-    def numbers(self, key, count):
+    def numbers(self, key: str, count: int) -> np.ndarray:
         """Return the `count` numbers of a setting."""
         said = self.settings.get(key, "")
         try:
@@ -117,12 +126,12 @@ class Table(dict):
         except ValueError:
             self.refuse(f"a line # {key} = {' '.join(['number'] * count)}", said and repr(said))
 
-    def require(self, name, good, expected):
+    def require(self, name: str, good: np.ndarray, expected: str) -> None:
         """Raise `InputError` at the first row for which the boolean array `good` is false."""
         for row in np.flatnonzero(~np.asarray(good))[:1]:
             raise InputError(self.where(row, name), expected, f"{self[name][row]:.10g}")
 
-    def check_angles(self, name, limit=360.0):
+    def check_angles(self, name: str, limit: float = 360.0) -> None:
         """Refuse angles that cannot be degrees: beyond ±`limit`, or the round numbers of radians."""
         angles = self[name]
         self.require(name, np.abs(angles) <= limit, f"degrees within ±{limit:g} (other units, or a lost point?)")
@@ -131,7 +140,7 @@ class Table(dict):
         if np.abs(angles).max() < 2 * math.pi + 1e-3:
             self.require(name, ~radians, "degrees (these look like radians)")
 
-    def check_increasing(self, name, within=()):
+    def check_increasing(self, name: str, within: Iterable[str] = ()) -> None:
         """Refuse numbers that do not increase from row to row, as long as the columns `within` stay the same."""
         values, groups = self[name], list(zip(*(self[column] for column in within), strict=True))
         for row in range(1, len(self.lines)):
@@ -142,7 +151,7 @@ class Table(dict):
                 expected = f"more than {values[row - 1]:.10g}, which stands on line {self.lines[row - 1]}"
                 raise InputError(self.where(row, name), expected, f"{values[row]:.10g}, {what}")
 
-    def unit(self, name, kind, default=None):
+    def unit(self, name: str, kind: str, default: str | None = None) -> float:
         """Return the size of the unit of column `name`, in mm or radians; of a dial division if that is stated.
 
         `kind` is ``"length"`` or ``"angle"``; `default` the unit if the file states none. Without one it is asked
@@ -158,7 +167,7 @@ class Table(dict):
             raise InputError(self.where(0, name), expected, "none" if stated is None else repr(stated))
         return size
 
-    def obey_units(self, names):
+    def obey_units(self, names: Iterable[str]) -> None:
         """Bring columns to mm or degrees from a unit that stands behind their names."""
         for name in names:
             measures, size = measure(self.settings.get(f"unit {name}", ""))
@@ -166,16 +175,26 @@ class Table(dict):
                 self[name] *= size if measures == "length" else math.degrees(size)
 
 
-def measure(stated):
+def measure(stated: str) -> tuple[str | None, float]:
     """What a unit, or a number of units, measures, and its size in mm or radians; None for other words."""
-    count, word = re.fullmatch(rf"({NUMBER})?\s*(.*)", stated.strip()).groups()
+    stated = stated.strip()
+    number = re.match(NUMBER, stated)
+    count = number[0] if number else ""
+    word = stated[len(count) :].strip().casefold()
     for words, (measures, size) in UNITS.items():
-        if word.strip().casefold() in words and float(count or 1) > 0:
+        if word in words and float(count or 1) > 0:
             return measures, size * float(count or 1)
     return None, 0.0
 
 
-def read(path, columns, *, optional=(), text=(), also=None):
+def read(
+    path: Path | str,
+    columns: Sequence[str],
+    *,
+    optional: Sequence[str] = (),
+    text: Sequence[str] = (),
+    also: dict[str, str] | None = None,
+) -> Table:
     """Read a CSV file as a `Table`.
 
     `columns` must be there, in any order, `optional` ones may be, those of `text` hold words; `also` takes other
@@ -197,9 +216,11 @@ class Lines:
     whole: bool  # whether the last line ends in a line break
 
 
-def scan(path):
+def scan(path: Path | str) -> Lines:
     """Read a text file as `Lines`; `InputError` if it cannot be read, or makes a setting twice."""
-    content, lines, settings = _text(path), [], {}
+    content = _text(path)
+    lines: list[tuple[int, str]] = []
+    settings: dict[str, str] = {}
     for number, line in enumerate(content.splitlines(), 1):
         comment = line.lstrip(' "').startswith("#")
         said = SETTING.fullmatch(line.strip(' "#\t;,'))
@@ -214,7 +235,14 @@ def scan(path):
     return Lines(str(path), tuple(lines), settings, not content or content[-1] in "\r\n")
 
 
-def parse(found, columns, *, optional=(), text=(), also=None):
+def parse(
+    found: Lines,
+    columns: Sequence[str],
+    *,
+    optional: Sequence[str] = (),
+    text: Sequence[str] = (),
+    also: dict[str, str] | None = None,
+) -> Table:
     """Bring `Lines` to a `Table`: parameters as in `read`."""
     table, wanted = Table(found.path), (*columns, *optional)
     table.settings = dict(found.settings)

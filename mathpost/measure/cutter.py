@@ -5,14 +5,21 @@ between. It touches the surface where its rim has the surface's normal: contact 
 tip of any cutter.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.formula import numeric
 from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
 
 NORMAL, AXIS = sp.symbols("n_x n_y n_z", real=True), sp.symbols("i j k", real=True)
 RADIUS, RIM, SINE = sp.symbols("R r s", nonnegative=True)
@@ -26,21 +33,21 @@ class Cutter:
     diameter: float
     rim: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0 <= self.rim <= self.diameter / 2 or not 0 < self.diameter < np.inf:
             found = f"diameter {self.diameter}, rim {self.rim}"
             raise InputError("cutter", "a diameter above 0 and a rim radius from 0 to half of it", found)
 
     @classmethod
-    def ball(cls, diameter):
+    def ball(cls, diameter: float) -> Cutter:
         return cls(diameter, diameter / 2)
 
     @classmethod
-    def flat(cls, diameter):
+    def flat(cls, diameter: float) -> Cutter:
         return cls(diameter, 0.0)
 
 
-def tip_symbolic():
+def tip_symbolic() -> sp.Matrix:
     """Return tip minus contact point, 3×1, for surface normal n, tool axis (i, j, k), radius R and rim radius r.
 
     r·n + (R − r)·m − r·a, where m is the part of n square to the axis a, brought to length 1 by s = |n × a|.
@@ -56,7 +63,7 @@ def tip_symbolic():
     return sp.ImmutableMatrix(RIM * n + (RADIUS - RIM) * radial - RIM * a)
 
 
-def tip_from_contact(cutter, normal, axis):
+def tip_from_contact(cutter: Cutter, normal: ArrayLike, axis: ArrayLike) -> np.ndarray:
     """Return the tool tip minus the contact point, shape (..., 3), mm.
 
     `normal`, out of the part, and `axis`, from the tip towards the spindle, have the shape (..., 3) and any length.
@@ -83,7 +90,7 @@ def tip_from_contact(cutter, normal, axis):
     return evaluate(*arguments, radius, cutter.rim, np.where(bottom, 1.0, sine))[..., 0]
 
 
-def compensated(tip, normal, axis, old, new):
+def compensated(tip: ArrayLike, normal: ArrayLike, axis: ArrayLike, old: Cutter, new: Cutter) -> np.ndarray:
     """Return the tips for another cutter that touches the same surface points: 3-D radius compensation.
 
     `tip`, `normal` and `axis`, shape (..., 3), are CL points made for the cutter `old`, mm, their normals and axes.
@@ -92,7 +99,7 @@ def compensated(tip, normal, axis, old, new):
     return tip - tip_from_contact(old, normal, axis) + tip_from_contact(new, normal, axis)
 
 
-def stock_left(normal, axis, old, new, *, longer=0.0):
+def stock_left(normal: ArrayLike, axis: ArrayLike, old: Cutter, new: Cutter, *, longer: float = 0.0) -> float:
     """Return how much material stands on the surface if `new` runs the CL data of `old`; negative is a gouge.
 
     The result, shape (...), is mm along the normal: exact on a plane, else to first order in the difference of
@@ -103,7 +110,7 @@ def stock_left(normal, axis, old, new, *, longer=0.0):
     return (short * n).sum(axis=-1)
 
 
-def tip_shift(kin, joints, longer, told, *, degrees=False):
+def tip_shift(kin: Kinematics, joints: ArrayLike, longer: float, told: str, *, degrees: bool = False) -> np.ndarray:
     """Return where the tip of a tool that is `longer`, mm, goes in the part, minus where it should: (..., 3), mm.
 
     `kin` is a `mathpost.kinematics.Kinematics`; `joints`, shape (..., 5), were made for the old tool. `told` is

@@ -4,16 +4,25 @@ Each procedure of `rotary_axis`, and the arm of `horizontal_head`, is one sympy 
 least-squares estimate, its covariance, and the diagnosis when readings are too few.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.formula import numeric
 from mathpost.measure import csv_table
+
+if TYPE_CHECKING:
+    from mathpost.measure.csv_table import Table
 
 SINGULAR = 1e-8  # of the greatest singular value: below it a combination of unknowns leaves no trace in readings
 SHARE = 1e-6  # of an unknown in such a combination, below which it has no part in it
@@ -28,15 +37,15 @@ class Value:
     freedom: float
 
     @property
-    def k(self):
+    def k(self) -> float:
         return coverage_factor(self.freedom)
 
     @property
-    def U(self):
+    def U(self) -> float:
         return self.k * self.deviation
 
     @property
-    def free(self):
+    def free(self) -> str:
         """The degrees of freedom as they are printed."""
         return "∞" if np.isinf(self.freedom) else f"{self.freedom:.1f}"
 
@@ -56,14 +65,14 @@ class Estimate:
     noise: float
     freedom: float = np.inf  # infinite if sigma was stated, else `spare`
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> float:
         return self.values[name]
 
-    def deviation(self, name):
+    def deviation(self, name: str) -> float:
         """The standard deviation of one value."""
         return float(np.sqrt(self.covariance.diagonal()[list(self.values).index(name)]))
 
-    def expanded(self, name):
+    def expanded(self, name: str) -> Value:
         """One value as `Value`, with its expanded uncertainty."""
         return Value(self.values[name], self.deviation(name), self.freedom)
 
@@ -99,11 +108,13 @@ class Measurement:
     largest: float = np.inf
 
     @cached_property
-    def depends(self):
+    def depends(self) -> dict[str, set[sp.Symbol]]:
         """The symbols that each reading depends on."""
         return {name: expression.free_symbols for name, expression in self.readings.items()}
 
-    def predict(self, values, settings, *, degrees=False):
+    def predict(
+        self, values: Mapping[str, float], settings: Mapping[str, ArrayLike], *, degrees: bool = False
+    ) -> dict[str, np.ndarray]:
         """Return what would be read, without noise: reading to an array.
 
         `values` takes unknowns to numbers, those left out are zero, `settings` settings to numbers or arrays, which
@@ -113,13 +124,21 @@ class Measurement:
         predicted = predict(*self._all(values), *self._settings(settings, degrees))
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
 
-    def simulate(self, values, settings, *, sigma, seed, degrees=False):
+    def simulate(
+        self,
+        values: Mapping[str, float],
+        settings: Mapping[str, ArrayLike],
+        *,
+        sigma: float,
+        seed: int,
+        degrees: bool = False,
+    ) -> dict[str, ArrayLike]:
         """Return settings and readings with normal noise of deviation `sigma`, mm; arguments as in `predict`."""
         random = np.random.default_rng(seed)
         readings = self.predict(values, settings, degrees=degrees).items()
-        return settings | {name: read + sigma * random.standard_normal(read.shape) for name, read in readings}
+        return {**settings} | {name: read + sigma * random.standard_normal(read.shape) for name, read in readings}
 
-    def read(self, path):
+    def read(self, path: Path) -> Table:
         """Read settings and at least one reading from a CSV file: a `csv_table.Table` for `identify`.
 
         Degrees, and mm unless the file names a unit. `InputError` also for suspected units, and if the angle does
@@ -138,7 +157,14 @@ class Measurement:
         columns.check_increasing(angle, within=[name for name in (*others, "run") if name in columns])
         return columns
 
-    def identify(self, data, *, degrees=False, sigma=None, known=None):
+    def identify(
+        self,
+        data: Mapping[str, ArrayLike] | Table,
+        *,
+        degrees: bool = False,
+        sigma: float | None = None,
+        known: dict[str, float] | None = None,
+    ) -> Estimate:
         """Return the least-squares `Estimate` of the unknowns.
 
         `data`, a dict or what `read` returned, takes a setting to a number or an array, and a reading to an array,
@@ -151,8 +177,7 @@ class Measurement:
         known = known or {}
         if sigma is not None and not 0 < sigma < np.inf:
             raise InputError("sigma", "a standard deviation above 0", repr(sigma))
-        from_file = isinstance(data, csv_table.Table)
-        where = data.path if from_file else self.name
+        where = data.path if isinstance(data, csv_table.Table) else self.name
         used = {name: expression for name, expression in self.readings.items() if name in data}
         length = max((np.size(data[name]) for name in used), default=0)
         if not length:
@@ -163,7 +188,10 @@ class Measurement:
         if not names:
             raise InputError(where, f"something sought among {', '.join(s.name for s in self.unknowns)}", "nothing")
         readings = np.stack([np.broadcast_to(self._array(data, n, length), length) for n in used], axis=-1)
-        settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees or from_file, length)]
+        settings = [
+            np.broadcast_to(s, length)
+            for s in self._settings(data, degrees or isinstance(data, csv_table.Table), length)
+        ]
         predict, derive = self._compiled(used, sought)
 
         def evaluate(x):
@@ -224,12 +252,14 @@ class Measurement:
         return array
 
 
-def coverage_factor(freedom):
+def coverage_factor(freedom: float) -> float:
     """Return Student's t for 95 % and the degrees of `freedom`, 1.96 if they are infinite."""
     return float(scipy.special.stdtrit(freedom, 0.975) if freedom < 1e6 else scipy.special.ndtri(0.975))
 
 
-def least_squares(evaluate, readings, sigmas, start, where):
+def least_squares(
+    evaluate: Callable, readings: np.ndarray, sigmas: np.ndarray, start: np.ndarray, where: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
     Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do. `evaluate` takes the
@@ -251,7 +281,16 @@ def least_squares(evaluate, readings, sigmas, start, where):
     raise InputError(where, "readings that a machine can explain", "readings that fit no values")
 
 
-def check_told_apart(matrix, names, further, where, what, found, otherwise, offer="{}"):
+def check_told_apart(
+    matrix: np.ndarray,
+    names: Sequence[str],
+    further: Mapping[str, Callable],
+    where: str,
+    what: str,
+    found: str,
+    otherwise: str,
+    offer: str = "{}",
+) -> None:
     """Raise `InputError` if readings leave unknowns open: it says which, and what of `further` would tell them.
 
     `matrix`, shape (readings, unknowns), holds the derivatives of the readings. `further` takes words, for `offer`,
@@ -267,7 +306,7 @@ def check_told_apart(matrix, names, further, where, what, found, otherwise, offe
     raise InputError(where, f"{what} that {', '.join(tasks)} ({advice} would)", found)
 
 
-def undetermined(matrix, names):
+def undetermined(matrix: np.ndarray, names: Sequence[str]) -> list[list[str]]:
     """The unknowns that readings leave open, in groups whose members can stand in for each other.
 
     A group of one is an unknown that leaves no trace at all.
@@ -277,11 +316,11 @@ def undetermined(matrix, names):
     # The projector on the null space: 1 on the diagonal for an unknown without a trace, less for one that others
     # can stand in for, 0 for one that is determined. Off the diagonal: by which.
     projector = np.abs(vt[rank:].T @ vt[rank:])
-    groups = {}
+    groups: dict[int, list[str]] = {}
     if rank < len(names):
         _, group = scipy.sparse.csgraph.connected_components(projector > SHARE)
         for index in np.flatnonzero(projector.diagonal() > SHARE):
-            groups.setdefault(group[index], []).append(names[index])
+            groups.setdefault(group[index], []).append(names[int(index)])
     return list(groups.values())
 
 

@@ -5,11 +5,15 @@ with the vertical head, for the same point. `lhyset` and `lhy` are the source's 
 model that predicts the positions in between. Angles are degrees throughout, as in its blocks.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from numbers import Real
+from pathlib import Path
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.formula import numeric
@@ -32,7 +36,7 @@ class Head:
     sense: int = -1  # if it turns clockwise seen from +Z as its angle grows, as the source's does, else +1
     zero: float = 0.0  # where Z′ points at angle 0, degrees from +X towards +Y
 
-    def vector(self, angle):
+    def vector(self, angle: float) -> np.ndarray:
         """Return U at a listed angle (modulo 360°); any other is an `InputError`, never the nearest one."""
         if not isinstance(angle, Real):
             raise InputError("angle", "a number of degrees", repr(angle))
@@ -42,12 +46,12 @@ class Head:
             raise InputError("angle", f"one of the measured {measured}", f"{angle:g}")
         return self.vectors[np.argmin(away)]
 
-    def rotation_z(self, angle):
+    def rotation_z(self, angle: float) -> float:
         """The source's UZZ, degrees: by how much AROT turns about Z."""
         turned = 90 + self.zero + self.sense * angle
         return turned if -180 <= turned <= 180 else float(wrap(turned))  # the source keeps −180
 
-    def frame(self, angle):
+    def frame(self, angle: float) -> np.ndarray:
         """Return the directions X′ Y′ Z′ of the frame as columns, shape (3, 3); Z′ points into the spindle."""
         return numeric(frame_symbolic(), (UZZ,))(np.deg2rad(self.rotation_z(angle)))
 
@@ -59,12 +63,12 @@ class HeadFrame(Frame):
     block: str = ""
 
 
-def frame_symbolic():
+def frame_symbolic() -> sp.Matrix:
     """AROT Z=U_ZZ X=90 as a matrix: Siemens turns about Z first, then about the new X."""
     return sp.ImmutableMatrix(ACTIVE["Z"](UZZ) * ACTIVE["X"](sp.pi / 2))
 
 
-def read_head(path, *, sense=-1, zero=0.0):
+def read_head(path: Path | str, *, sense: int = -1, zero: float = 0.0) -> Head:
     """Read measured head vectors from a CSV file with the columns angle (degrees), x, y, z (mm).
 
     `sense` and `zero` are those of `Head`. `InputError` if the file has a fault, an angle twice, or a vector that
@@ -87,7 +91,7 @@ def read_head(path, *, sense=-1, zero=0.0):
     return head
 
 
-def lhyset(head, x, y, z):
+def lhyset(head: Head, x: float, y: float, z: float) -> np.ndarray:
     """Return U_LHY, shape (3,): what takes the offset as measured back to the vertical head.
 
     `x`, `y`, `z` are the head's angles when these axes of the work offset were measured, or `VERTICAL`.
@@ -96,7 +100,7 @@ def lhyset(head, x, y, z):
     return -np.diag(rows) + 0.0
 
 
-def lhy(head, correction, angle):
+def lhy(head: Head, correction: ArrayLike, angle: float) -> HeadFrame:
     """Return the `HeadFrame` for the head at `angle`, CPOS in degrees, or `VERTICAL`; `correction` is `lhyset`'s.
 
     Examples
@@ -117,7 +121,7 @@ def lhy(head, correction, angle):
     return HeadFrame(np.eye(3) if vertical else head.frame(angle), origin, block=block)
 
 
-def opposite_errors(head):
+def opposite_errors(head: Head) -> dict[float, np.ndarray]:
     """Return what the OEM's rule leaves, which measures one side and flips the signs of x and y for the other.
 
     A dict: angle to an array (3,), mm, for every listed angle whose opposite is listed before it.
@@ -129,7 +133,7 @@ def opposite_errors(head):
     }
 
 
-def turning_arm(sense=-1, zero=0.0):
+def turning_arm(sense: int = -1, zero: float = 0.0) -> Measurement:
     """The head as a `Measurement`: an arm (a along Z′, b square to it) turning about a line through (cx, cy).
 
     Readings x, y, z of U at `CPOS`; a tilt of the line makes z vary as e·cos + f·sin about d.
@@ -157,17 +161,17 @@ class FittedHead:
     estimate: Estimate
 
     @property
-    def residuals(self):
+    def residuals(self) -> np.ndarray:
         """Measured minus modelled U, shape (n, 3), mm."""
         return np.column_stack([self.estimate.residuals[name] for name in "xyz"])
 
     @property
-    def tilt(self):
+    def tilt(self) -> float:
         """The angle between the head's axis of rotation and Z, radians."""
         e, f, a, b = (self.estimate[name] for name in "efab")
         return float(np.hypot(e, f) / np.hypot(a, b))
 
-    def head(self, step=2.5):
+    def head(self, step: float = 2.5) -> Head:
         """Return a `Head` with the predicted vectors of every index position, `step` degrees apart."""
         count = 360 / step if step > 0 else 0.5
         if round(count) < 1 or abs(count - round(count)) > 1e-9:
@@ -179,7 +183,7 @@ class FittedHead:
         return Head(tuple(angles.tolist()), vectors, self.measured.sense, self.measured.zero)
 
 
-def fit_head(head, *, sigma=None):
+def fit_head(head: Head, *, sigma: float | None = None) -> FittedHead:
     """Fit the model to a measured head, as `FittedHead`; three positions or more, else `InputError`.
 
     `sigma` is the standard deviation of a coordinate, mm. Index errors of positions that were not measured stay

@@ -13,8 +13,11 @@ Source 001: the text on the rotation centre of tilting tables (its equation (2) 
 reconstruction) and 五坐标数控机床旋转轴定位精度的校正方法 (2019), on the RTCP zero.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
@@ -24,13 +27,16 @@ from mathpost.errors import InputError
 from mathpost.measure.fit import Measurement
 from mathpost.rotation import ACTIVE, unit
 
+if TYPE_CHECKING:
+    from mathpost.machine import Rotary
+
 ANGLE = sp.Symbol("angle", real=True)
 TILT = dict(zip("XYZ12", "ABC34", strict=True))  # the tilt that belongs to a direction
 QUARTER = {"the same with the axis 90° further": {ANGLE: ANGLE + sp.pi / 2}}
 
 
 @lru_cache(maxsize=1)
-def dial_circle():
+def dial_circle() -> Measurement:
     """X and Y interpolate a large circle, C turns with it, and a dial reads the distance from C's centre.
 
     Settings: `angle` on the circle and its radius `R`. Reading: `dial`. Unknowns: `ex`, `ey`, by which the circle's
@@ -56,7 +62,7 @@ def dial_circle():
 
 
 @lru_cache(maxsize=32)
-def probing(rotary):
+def probing(rotary: Rotary) -> Measurement:
     """One feature, a ball or a bore, is probed at two or more angles of a rotary axis.
 
     Setting: `angle`, as programmed. Readings: `x`, `y`, `z` of the feature in the machine, those that were taken.
@@ -77,7 +83,7 @@ def probing(rotary):
 
 
 @lru_cache(maxsize=32)
-def ball(rotary):
+def ball(rotary: Rotary) -> Measurement:
     """A ball on the carried body, followed by the control over a turn of a rotary axis it takes for perfect.
 
     Settings: `angle` as programmed, and `x`, `y`, `z` of the ball at angle zero, in the machine (on a head: the
@@ -104,7 +110,7 @@ def ball(rotary):
 
 
 @lru_cache(maxsize=1)
-def rtcp_zero():
+def rtcp_zero() -> Measurement:
     """The tip of a head tilted by ±ψ under RTCP, with two tool lengths: the head's zero angle and its pivot.
 
     Settings: `angle` ψ of the head, positive when the tip swings towards positive `lateral`, and the pivot-to-tip
@@ -129,7 +135,7 @@ def rtcp_zero():
     )
 
 
-def square_to(rotary):
+def square_to(rotary: Rotary) -> tuple[list[str], sp.Matrix]:
     """Return the two directions square to a rotary axis in which its errors are counted: names, and 3×2 matrix.
 
     The machine's two other axes if it lies along one; else, named "1" and "2", the machine axis nearest to square
@@ -146,13 +152,13 @@ def square_to(rotary):
 
 
 @lru_cache(maxsize=64)
-def location_errors(rotary):
+def location_errors(rotary: Rotary) -> tuple[list[str], np.ndarray]:
     """Names of an axis' location errors, both offsets, then both tilts; their directions as floats, 3×2."""
     names, plane = square_to(rotary)
     return [f"E{name}0{rotary.name}" for name in (*names, *map(TILT.get, names))], np.array(plane, dtype=float)
 
 
-def corrected(rotary, errors):
+def corrected(rotary: Rotary, errors: dict[str, float]) -> Rotary:
     """Return `rotary` with its location errors, which stand among `errors`: a dict, mm and radians."""
     names, plane = location_errors(rotary)
     if not set(names) & set(errors):

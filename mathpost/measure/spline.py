@@ -4,12 +4,15 @@ Huang et al. (source 001) name "cubic spline interpolation with adaptively chose
 are the caller's.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, ReachError, as_array
 
@@ -31,11 +34,11 @@ class Curve:
     """A cubic spline, or `straight` lines, through some of the points: `knots`, indices in the order of choice."""
 
     points: Points
-    knots: tuple
+    knots: tuple[int, ...]
     straight: bool = False
 
     @cached_property
-    def spline(self):
+    def spline(self) -> scipy.interpolate.BSpline | scipy.interpolate.CubicSpline:
         """SciPy's spline: periodic, or with not-a-knot ends."""
         chosen, period = sorted(self.knots), self.points.period
         at, values = self.points.at[chosen], self.points.values[chosen]
@@ -46,7 +49,7 @@ class Curve:
             return scipy.interpolate.BSpline(np.r_[at[0], at, at[-1]], values, 1, extrapolate=around)
         return scipy.interpolate.CubicSpline(at, values, bc_type=around or "not-a-knot", extrapolate=around)
 
-    def __call__(self, positions, *, margin=ROUNDING, where="position"):
+    def __call__(self, positions: ArrayLike, *, margin: float = ROUNDING, where: str = "position") -> np.ndarray:
         """Return the value at `positions`; `ReachError` where they leave an open curve by more than `margin`."""
         positions = np.asarray(positions, dtype=float)
         if self.points.period is not None:
@@ -59,19 +62,19 @@ class Curve:
         return self.spline(inside)
 
     @cached_property
-    def residuals(self):
+    def residuals(self) -> np.ndarray:
         """Measured value minus curve at every measured point; it says nothing about the curve between them."""
         residuals = self.points.values - self.spline(self.points.at)
         residuals[list(self.knots)] = 0
         return residuals
 
     @property
-    def residual(self):
+    def residual(self) -> float:
         """The largest residual's size."""
         return float(np.abs(self.residuals).max())
 
 
-def points(at, values, *, period=None):
+def points(at: ArrayLike, values: ArrayLike, *, period: float | None = None) -> Points:
     """Check measured values at increasing positions, shapes (points,), and return them as `Points`.
 
     `period` is 360 for degrees of an endless axis. A first position that was measured again one period later counts
@@ -103,12 +106,12 @@ def points(at, values, *, period=None):
     return Points(at, values, period, closure)
 
 
-def through_all(measured, *, straight=False):
+def through_all(measured: Points, *, straight: bool = False) -> Curve:
     """Return the `Curve` through every point of the `Points` `measured`."""
     return Curve(measured, tuple(range(len(measured.at))), straight)
 
 
-def uniform(measured, count):
+def uniform(measured: Points, count: int) -> Curve:
     """Return the `Curve` through `count` of the `Points`, equally far apart among them.
 
     `InputError` if `count` does not divide them equally: knots that are nearly uniform compare with nothing.
@@ -122,7 +125,7 @@ def uniform(measured, count):
     return Curve(measured, tuple(range(0, size, gaps // intervals)))
 
 
-def adaptive(measured, tolerance):
+def adaptive(measured: Points, tolerance: float) -> Curve:
     """Return the `Curve` through as few points as the greedy choice needs to meet all of them to `tolerance`.
 
     It begins with both ends, or with three points about a third of the period apart, and makes the point with the
@@ -137,7 +140,8 @@ def adaptive(measured, tolerance):
     """
     if not tolerance > 0:
         raise InputError("tolerance", "a number above 0", f"{tolerance}")
-    at, knots = measured.at, (0, len(measured.at) - 1)
+    at = measured.at
+    knots: tuple[int, ...] = (0, len(at) - 1)
     if measured.period is not None:
         thirds = dict.fromkeys(int(np.argmin(np.abs(at - at[0] - measured.period * n / 3))) for n in (0, 1, 2))
         knots = tuple(thirds) if len(thirds) == 3 else (0, 1, len(at) - 1)

@@ -5,13 +5,18 @@ table is a tuple of `mathpost.machine.Rotary` from the bed outwards, such as `Ma
 convention and a centre for each axis. Source 001 states none of the three, and its example depends on them.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
+from typing import Any
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost.chain import exact_unit, product, turn
 from mathpost.errors import NUMBER, InputError, as_array
@@ -43,7 +48,9 @@ class NewDatum:
     block: str  # the NC block that stores the point
 
 
-def ab_table(centre_a, centre_b, *, order="AB", iso=True):
+def ab_table(
+    centre_a: ArrayLike, centre_b: ArrayLike, *, order: str = "AB", iso: bool = True
+) -> tuple[Rotary, ...]:
     """Return the rotary axes of a horizontal machining centre's table, from the bed outwards.
 
     `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along X
@@ -61,12 +68,13 @@ def ab_table(centre_a, centre_b, *, order="AB", iso=True):
 
 
 @lru_cache(maxsize=32)
-def moved_symbolic(table):
+def moved_symbolic(table: tuple[Rotary, ...]) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...]]:
     """Return the moved point of a table, (x, y, z), and the symbols in it, as two tuples.
 
     Those are x y z of the point, and for each axis its centre, old and new angle (``A_x A_y A_z A_0 A_1``).
     """
-    symbols, point, to_new = list(POINT), sp.Matrix([*POINT, 1]), []
+    symbols, point = list(POINT), sp.Matrix([*POINT, 1])
+    to_new: list[sp.Matrix] = []
     for axis in table:
         *centre, old, new = own = sp.symbols([f"{axis.name}_{c}" for c in "xyz01"], real=True)
         direction, centre = exact_unit(axis.axis), sp.Matrix(centre)
@@ -78,7 +86,14 @@ def moved_symbolic(table):
     return tuple(point[:3, 0]), tuple(symbols)
 
 
-def moved(point, table, start, end, *, degrees=False):
+def moved(
+    point: ArrayLike,
+    table: Sequence[Rotary],
+    start: Mapping[str, ArrayLike],
+    end: Mapping[str, ArrayLike],
+    *,
+    degrees: bool = False,
+) -> np.ndarray:
     """Return where a point of the part, shape (..., 3), goes when the table turns: mm, in machine coordinates.
 
     `start` and `end` take an axis' name to its machine angle before and after, numbers or arrays, broadcast.
@@ -105,7 +120,15 @@ def moved(point, table, start, end, *, degrees=False):
     return numeric(expressions, symbols)(*values)
 
 
-def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
+def p9795(
+    table: tuple[Rotary, ...],
+    offset: WorkOffset,
+    *,
+    S: int | str | None = None,
+    current: dict[str, float] | None = None,
+    shift: str = "machine",
+    **arguments: float,
+) -> NewDatum:
     """Recalculate a work offset for new angles of A and B, with the arguments of the macro, as `NewDatum`.
 
     `table` is A and B, or one of them, as `mathpost.machine.Rotary`; `offset` the active `WorkOffset`. X, Y, Z, A,
@@ -126,14 +149,14 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     """
     for address in set(arguments) - set(ADDRESSES):
         raise InputError(address, f"arguments among {', '.join(ADDRESSES)}", "another")
-    given = dict.fromkeys("XYZABDE") | dict.fromkeys("UVW", 0.0) | (current or {}) | arguments
+    given: dict[str, Any] = dict.fromkeys("XYZABDE") | dict.fromkeys("UVW", 0.0) | (current or {}) | arguments
     for axis, address in (("A", "D"), ("B", "E")):
         if axis not in [each.name for each in table]:
             if given[axis] or given[address]:
                 raise InputError(address, f"no angle: the table has no {axis} axis", f"{given[address]}")
             given |= {axis: 0.0, address: 0.0}
     for address, number in given.items():
-        if not isinstance(number, Real) or not np.isfinite(number):
+        if not isinstance(number, Real) or not np.isfinite(float(number)):
             raise InputError(address, "a number", "nothing" if number is None else repr(number))
     if shift not in ("machine", "part"):
         raise InputError("shift", '"machine" or "part"', repr(shift))
@@ -152,12 +175,12 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     return NewDatum(after, {axis.name: end[axis.name] for axis in table}, f"G90 G10 {place} {words(after)}")
 
 
-def words(point, decimals=3):
+def words(point: np.ndarray, decimals: int = 3) -> str:
     """Return a point, shape (3,), as NC words."""
     return " ".join(f"{name}{number:z.{decimals}f}" for name, number in zip("XYZ", point, strict=True))
 
 
-def read_call(block):
+def read_call(block: str) -> dict[str, float]:
     """Return the arguments of a ``G65 P9795`` block as a dict for `p9795`.
 
     A number needs its decimal point, unless it is 0: without one the control counts in its smallest unit.
