@@ -24,6 +24,7 @@ CONTENTS = re.compile(r'<h2 id="([^"]+)">(.*?)</h2>|<(?:section|div class="class
 HEADING = re.compile(r"<h([2-4])>(.*?)</h\1>", re.DOTALL)
 TABLE = re.compile(r"<table.*?</table>", re.DOTALL)
 PRE = re.compile(r"<pre(?=[ >])")
+FORMULA = re.compile(r'<math(?= [^>]*display="block").*?</math>', re.DOTALL)
 TAG = re.compile(r"<[^>]+>")
 FRONT = "dmu50v"  # the machine on the front page
 TEXTS = {  # pages of Markdown, seen from the lessons, and what they are called
@@ -152,8 +153,9 @@ def anchored(body: str) -> str:
 
 
 def scrolling(body: str) -> str:
-    """Return HTML whose wide tables and lines scroll in a box of their own, by the keyboard too."""
+    """Return HTML whose wide tables, lines and formulas scroll in a box of their own, by the keyboard too."""
     body = PRE.sub('<pre tabindex="0"', body)
+    body = FORMULA.sub(lambda formula: f'<span class="formula" tabindex="0">{formula[0]}</span>', body)
     return TABLE.sub(lambda table: f'<div class="wide" tabindex="0">{table[0]}</div>', body)
 
 
