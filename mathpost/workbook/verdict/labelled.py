@@ -88,7 +88,8 @@ class Labelled:
         if any(part[0] == "-" and part[1] == part[2] for part in parts_of(self.graph.trees[place])):
             return True
         now, is_difference = self.judge.now(place), re.search(DIFFERENCE, label, re.I)
-        if is_difference and self.graph.trees[place][0] == "+" and not re.search(STATISTIC["SUM"], label, re.I):
+        is_sum = heads(self.graph.trees[place]) == {"+", "area"}
+        if is_difference and is_sum and not re.search(STATISTIC["SUM"], label, re.I):
             return True
         return bool(is_difference) and any(same(now, each) for each in self._plain)
 
