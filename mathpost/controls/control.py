@@ -23,7 +23,8 @@ from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read
 
 COMMANDS = (
     "safe", "TCP on", "TCP off", "tool", "tip", "offset", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
-    "coolant FLOOD", "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF",
+    "coolant FLOOD", "coolant MIST", "coolant THRU", "coolant AIR", "coolant TAP", "coolant OFF", "next tool",
+    "compensation LEFT", "compensation RIGHT", "compensation OFF",
     "dwell", "stop", "optional stop",
 )  # fmt: skip
 # What a control does where one block ends and the next begins, as a report says it.
@@ -100,6 +101,8 @@ class Control:
         lines = [] if command.values and value is None else self.lines(command.kind, *command.values)
         if command.kind in ("spindle", "coolant"):
             lines += self.lines(f"{command.kind} {command.values[-1]}")
+        if command.kind == "coolant" and not lines:  # it stays off: a comment tells which
+            return self.remark(command.statement)
         return lines
 
     def remark(self, text: str) -> list[str]:

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -43,7 +44,7 @@ def write(
         named = (line.replace("{name}", name).replace("{number}", number) for line in lines)
         return [line.replace("{rounding}", f"{_down(rounding, 4):.4f}") for line in named]
 
-    between[0][:0] = filled((*control.head, *own))
+    between[0][:0] = filled((*control.head, *own, *_tool_list(control, blocks)))
     foot = filled((*machine.program_foot, *control.foot))
     between[rows] += foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
@@ -64,17 +65,30 @@ def write(
     return "".join(texts)
 
 
+def _tool_list(control, blocks):
+    """Comments on the tools of a program: their numbers, lengths, and the numbers of their offsets."""
+    lines = {}
+    for _, remark in blocks.remarks:
+        kind = getattr(remark, "kind", "")
+        if kind == "tool":
+            number, length, offset = remark.values
+            stated = "LENGTH OF THE MACHINE FILE" if length is None else f"LENGTH {length:g} MM"
+            lines[number] = f"TOOL {number}: {stated}, OFFSET {offset or number}"
+        elif kind == "compensation" and remark.values[0] != "OFF" and lines:
+            radius = f", RADIUS OFFSET {remark.values[1]}"
+            lines[number] += radius * (radius not in lines[number])
+    return [comment for line in lines.values() for comment in control.remark(line)]
+
+
 @dataclass
 class Said:
     """What stands between the moves, and what it makes of them."""
 
     lines: dict[int, list[str]]  # by the number of the move that follows, also behind the last
-    anew: list[
-        int
-    ]  # moves that state all their words: nobody knows where a change of the tool leads, or a new plane
+    anew: list[int]  # moves that state X Y Z, feed and modes anew: behind a change of the tool, a plane or a cycle
+    turned: list[int]  # and those of them that state the rotary axes, too
     switches: dict[int, str]  # words that a move itself takes, by its number
-    cycles: list[int]  # moves behind drilling cycles, which have a feed in mm per minute,
-    drilled: list[int]  # and behind the last of a row, whose rotary axes stand as before
+    cycles: list[int]  # moves behind drilling cycles, which have a feed in mm per minute
     planes: list[int]  # the first moves in a tilted plane and behind it, in turn
 
 
@@ -86,6 +100,8 @@ def _between(control, machine, blocks):
     between, changes, switches = {row: [] for row in (0, *switched.tolist(), rows)}, [0, *switched.tolist()], {}
     cycles, drilled, planes = [], [], []
     cut = np.flatnonzero(~blocks.rapid)
+    tools = [(row, remark.values[0]) for row, remark in blocks.remarks if getattr(remark, "kind", "") == "tool"]
+    following = {row: after for (row, now), (_, after) in pairwise([*tools, *tools[:1]]) if after != now}
     around = _around(control, machine.joint_names, blocks)
     for row in around:
         between.setdefault(row, [])
@@ -98,7 +114,8 @@ def _between(control, machine, blocks):
             if kind == "comment":
                 lines += control.remark(remark)
             elif kind == "compensation":
-                (switches[row],) = control.lines(f"{kind} {remark.values[0]}", *remark.values)
+                (side,) = control.lines(f"{kind} {remark.values[0]}", *remark.values)
+                switches[row] = f"{switches[row]} {side}" if switches.get(row) else side
             elif kind == "tool":
                 lines += control.lines("TCP off") * tcp
                 tool, _, stated = remark.values
@@ -107,8 +124,15 @@ def _between(control, machine, blocks):
                 lines += [line.replace("{offset}", str(offset)) for line in change]
                 if not machine.tool_change:
                     lines += control.lines("tool", tool, edge=edge)
-                    if machine.programmed_point == "tip" and not wanted[row]:
-                        lines += control.lines("tip", offset)
+                    lines += control.lines("next tool", following[row]) if row in following else []
+                    named = machine.programmed_point == "tip" and not wanted[row]
+                    tip = control.lines("tip", offset) if named else []
+                    if any(getattr(each, "kind", "") == "approach" for each in remarks):
+                        switches[row] = " ".join(
+                            tip
+                        )  # in the block of the approach, with X Y Z at the safe position
+                    else:
+                        lines += tip
                 changes.append(row)
             elif kind == "approach":
                 height, angles = remark.values
@@ -121,9 +145,8 @@ def _between(control, machine, blocks):
                 lines += [line.format(**remark.values[1]) for line in remark.values[0]]
             elif kind in ("plane", "cycle off", "plane off"):
                 lines += remark.values[0]
-                changes.append(row)
+                (drilled if kind == "cycle off" else changes).append(row)
                 planes += [row] if kind.startswith("plane") else []
-                drilled += [row] if kind == "cycle off" else []
             elif kind == "offset":
                 lines += control.lines("TCP off") * tcp
                 offset, edge, tcp = remark.values[0], remark.values[0], False
@@ -138,7 +161,8 @@ def _between(control, machine, blocks):
             lines += control.lines("TCP on", offset) if tcp else control.lines("TCP off")
         restored, pole = around.get(row, ([], []))
         between[row] = [*restored, *lines, *pole]
-    return Said(between, sorted({row for row in changes if row < rows}), switches, cycles, drilled, planes)
+    anew, turned = (sorted({row for row in found if row < rows}) for found in ([*changes, *drilled], changes))
+    return Said(between, anew, turned, switches, cycles, planes)
 
 
 def _around(control, axes, blocks):
@@ -187,7 +211,7 @@ def _columns(control, axes, blocks, numbers, said):
     positions = []
     for number, (axis, column) in enumerate(zip(axes, blocks.words.T, strict=True)):
         shown = _changes(values := printed(np.array(column), control.decimals))
-        shown[said.anew if number < 3 else [row for row in said.anew if row not in said.drilled]] = True
+        shown[said.anew if number < 3 else said.turned] = True
         if number > 2:
             for first, stop in zip(said.planes[::2], said.planes[1::2], strict=True):
                 shown[first:stop] = False  # in a tilted plane
@@ -196,7 +220,7 @@ def _columns(control, axes, blocks, numbers, said):
                 shown[row] = not (turn.helix and control.arcs.helix)
         positions.append(Column(axis_word(axis), values, control.decimals, control.plus, shown))
     positions = [*positions, *centres]
-    switched = [Column(f" {word}", shown=rows == row) for row, word in said.switches.items()]
+    switched = [Column(f" {word}", shown=rows == row) for row, word in said.switches.items() if word]
     moved = [*switched, *positions] if control.compensation == "before" else [*positions, *switched]
     # A control that switches between times and feeds has forgotten the feed.
     times_before = np.cumsum(timed) * bool(control.inverse_time)

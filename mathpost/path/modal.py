@@ -13,7 +13,7 @@ class Command:
     """What the control shall do between two moves; `values` by kind.
 
     ``"tool"`` (number, length in mm or None, number of its length offset or None), ``"offset"`` (that number),
-    ``"spindle"`` (turns per minute or None, CLW, CCLW or OFF), ``"coolant"`` (FLOOD, MIST or OFF),
+    ``"spindle"`` (turns per minute or None, CLW, CCLW or OFF), ``"coolant"`` (FLOOD, MIST, THRU, AIR, TAP or OFF),
     ``"compensation"`` (LEFT, RIGHT or OFF, number of the radius offset), ``"dwell"`` (seconds), ``"stop"``,
     ``"optional stop"``, ``"verbatim"`` (the words of a block).
     """

@@ -19,7 +19,6 @@ BACK = {"CLW": "CCLW", "CCLW": "CLW"}
 SENSES = {"CLW": "CLW", "CCLW": "CCLW", "CCW": "CCLW"}
 RANGES = ("LOW", "MEDIUM", "HIGH", "AUTO")
 COOLANTS = ("FLOOD", "MIST", "THRU", "AIR", "TAP")
-SAID_ONLY = ("THRU", "AIR", "TAP")  # every machine has its own M word for these
 OFFSETS = ("ADJUST", "OSETNO", "OFFSET")
 FEED_UNITS = {  # how many mm, None is the unit of the file; and whether per turn
     "MMPM": (1.0, False),
@@ -217,9 +216,6 @@ class Orders(Lines):
         self.modal.coolant = kinds[0] if kinds else self.modal.coolant
         if "OFF" in words:
             self.command("coolant", "OFF")
-        elif self.modal.coolant in SAID_ONLY:
-            self.counts[f"coolant that stays off: a comment tells which {self.modal.coolant}"] += 1
-            self.remark()
         else:
             self.command("coolant", self.modal.coolant)
 

@@ -36,8 +36,6 @@ def holes(draft: Draft) -> None:
         if found is None:
             continue
         first, last = found
-        if known.before and draft.frames[first] is not draft.frames[last]:
-            continue  # the first one would be drilled before the plane is known
         values = _values(draft, piece.cycle, piece, first, last)
         said = kind, values, draft.frames[last]
         goes_on = series is not None and series[0] == said and _follows(draft, piece, series[1], first)
@@ -82,10 +80,7 @@ def _rows(draft, piece):
     start = draft.point(last, draft.path.cl.points[piece.first])
     points = np.r_[start[None], draft.words[first + 1 : last + 1, :3]]
     other = any(
-        first < row <= last
-        and getattr(remark, "kind", "") != "plane"
-        and not any(remark is each for each in piece.said)
-        for row, remark in draft.remarks
+        first < row <= last and not any(remark is each for each in piece.said) for row, remark in draft.remarks
     )
     along_z = np.abs(points[:, :2] - points[0, :2]).max() < SAME
     tool = draft.point(last, draft.path.cl.points[piece.first] + draft.path.cl.axes[piece.first]) - start

@@ -20,7 +20,7 @@ from mathpost.post.draft import Draft
 from mathpost.post.holes import holes
 from mathpost.post.motion import Motion
 from mathpost.post.options import Options
-from mathpost.post.steps import Moves, ToolPath
+from mathpost.post.steps import Moves, ToolPath, what_the_control_holds
 from mathpost.post.tilted import tilted
 
 
@@ -30,6 +30,10 @@ def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
         return moves
     draft = Draft(path, moves, options)
     tilted(draft)
+    if any(frame is not None for frame in draft.frames):
+        said = set(what_the_control_holds(path, options))
+        holds = [(0, line) for line in what_the_control_holds(path, options, planes=True)]
+        draft.remarks = [*holds, *((row, remark) for row, remark in draft.remarks if row or remark not in said)]
     holes(draft)
     for piece in path.cl.pieces:
         if isinstance(piece, Arc):

@@ -178,6 +178,10 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     if commands(path.cl.remarks, "tool") and not approaches(path.kin.machine, options):
         yield "the way from a change of the tool to the part is neither timed nor proved"
+    for _, command in commands(path.cl.remarks, "coolant"):
+        kind = command.values[-1]
+        if not options.control.commands[f"coolant {kind}"]:
+            yield f"coolant that stays off: a comment tells which {kind}, {options.control.name} has no word"
     if plan.moves.pecks.size:
         yield "pecks of drilling cycles are the control's own: the time has none of them"
     if np.degrees(np.abs(motion.joints[:, 3:])).max() > 360 + 1e-6:

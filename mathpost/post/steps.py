@@ -81,14 +81,14 @@ def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
     return paths
 
 
-def what_the_control_holds(path: ToolPath, options: Options) -> list[str]:
+def what_the_control_holds(path: ToolPath, options: Options, planes: bool = False) -> list[str]:
     """Return comments for the head of a program: what it rests on that its moves do not say.
 
-    With TCP the control moves X Y Z by its own numbers of the rotary axes and of the tool. Without TCP a head that
-    tilts puts the length of the tool into the words.
+    With TCP, or in tilted `planes`, the control moves X Y Z by its own numbers of the rotary axes and of the tool.
+    Without them a head that tilts puts the length of the tool into the words.
     """
     machine, lines = path.kin.machine, []
-    if options.tcp:
+    if options.tcp or planes:
         for joint in machine.rotary:
             frame = "SPINDLE NOSE" if joint.carries == "tool" else "MACHINE ZERO"
             along = " ".join(f"{value:.6g}" for value in unit(np.array(joint.axis)))
@@ -96,7 +96,7 @@ def what_the_control_holds(path: ToolPath, options: Options) -> list[str]:
                 f"CONTROL HOLDS: {joint.name} THROUGH {_in_words(joint.point)} FROM {frame}, ALONG {along}"
             )
         lines.append(f"CONTROL HOLDS: WORK OFFSET {_in_words(machine.origin)}")
-    if options.tcp or any(joint.carries == "tool" for joint in machine.rotary):
+    if options.tcp or planes or any(joint.carries == "tool" for joint in machine.rotary):
         tools = [tool.values[0] for record, tool in commands(path.cl.remarks, "tool") if record == 0]
         name = f"TOOL {tools[0]}" if tools else "TOOL"
         in_table = options.tcp or machine.programmed_point == "tip"

@@ -24,8 +24,13 @@ SAME = 1e-3  # degrees, by which printed angles may turn the axes
 
 
 def tilted(draft: Draft) -> None:
-    """Put the operations of a draft into planes."""
-    if draft.options.control.tilted is None or draft.options.tcp or not draft.options.control.positioning:
+    """Put the operations of a draft into planes.
+
+    In a plane X Y Z name the tip: the control must know the length of the tool, which it does only where X Y Z name
+    the tip without a plane, too.
+    """
+    control, named = draft.options.control, draft.path.kin.machine.programmed_point
+    if control.tilted is None or draft.options.tcp or not control.positioning or named != "tip":
         return
     blocks, motion = draft.moves.blocks, draft.moves.motion
     turns = np.any(np.diff(blocks.words[:, 3:], axis=0) != 0, axis=1)

@@ -1,6 +1,7 @@
 """Arcs, drilling cycles and tilted planes in the words of each control, read by the reader of the manuals alone."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -181,7 +182,7 @@ def test_holes_and_planes_are_run(number, tilted):
     text, drilled = holes_file(rng, axis, across, along)
     result = run(cldata.parse(text), setup, dialect=control)
     moves, samples = moves_of(result, setup, control, name)
-    knows_planes = control in ("heidenhain", "fanuc", "siemens", "mazak")
+    knows_planes = control in ("heidenhain", "fanuc", "siemens", "mazak") and setup.programmed_point == "tip"
     assert any(move.cycle for move in moves) == (not tilted or knows_planes or name in TABLES)
     assert any(move.modal["tilted"] for move in moves) == (tilted and knows_planes)
     assert max(judge.between(each, axis) for each in samples.axis) < 2e-4
@@ -196,3 +197,52 @@ def test_holes_and_planes_are_run(number, tilted):
         assert down and all(move.feed == pytest.approx(feed, abs=2e-3) for move in down)
     assert samples.tip[-1] @ axis == pytest.approx(30, abs=1e-3)
     assert min(samples.tip @ axis) > -20 - 1e-3
+
+
+def test_no_plane_where_the_control_does_not_know_the_tool():
+    """X Y Z of a plane name the tip: not where they are those of the nose, and the tool table holds no length."""
+    for name in ("ac_head", "nutating_head_table"):
+        setup, *vectors = on_machine(name, A=20.0, B=20.0, C=15.0)
+        program = run(cldata.parse(holes_file(np.random.default_rng(1), *vectors)[0]), setup).program
+        assert "PLANE" not in program and "CYCL DEF 200" not in program
+
+
+def test_what_the_control_holds_is_said_for_a_plane():
+    setup, *vectors = on_machine("dmu50v", B=20.0, C=15.0)
+    program = run(cldata.parse(holes_file(np.random.default_rng(1), *vectors)[0]), setup, dialect="fanuc").program
+    head = program[: program.index("G0")]
+    assert "CONTROL HOLDS: B THROUGH X50 Y0 Z0" in head and head.count("80 MM FROM NOSE TO TIP") == 1
+    assert program.index("G68.2") < program.index("G53.1") < program.index("G69")
+
+
+TOOLS = """UNITS/MM
+LOAD/TOOL,3,LENGTH,95.5
+SPINDL/RPM,8000,CLW
+COOLNT/THRU
+FEDRAT/500,MMPM
+GOTO/0,0,10,0,0,1
+GOTO/0,0,0
+LOAD/TOOL,7,LENGTH,130,OSETNO,17
+COOLNT/FLOOD
+GOTO/0,5,10
+GOTO/20,5,0
+"""
+
+
+def test_tools_offsets_and_coolant(tmp_path):
+    """A list in the head, the next tool, the offset in the block of the approach, M words of a file."""
+    file = tmp_path / "own.toml"
+    words = ['name = "own"', 'inherits = "fanuc"', "[commands]", '"coolant THRU" = ["M51"]']
+    file.write_text("\n".join(words) + "\n", encoding="utf-8")
+    setup = replace(machine.load("ac_table"), program_head=("G54",))
+    result = run(cldata.parse(TOOLS), setup, dialect=file)
+    lines = [re.sub(r"^N\d+ ", "", line) for line in result.program.splitlines()]
+    assert "(TOOL 3: LENGTH 95.5 MM, OFFSET 3)" in lines and "(TOOL 7: LENGTH 130 MM, OFFSET 17)" in lines
+    assert lines.index("T3 M6") == lines.index("T7") - 1 and lines.index("T7 M6") == lines.index("T3") - 1
+    assert "M51" in lines and "stays off" not in str(result.report)
+    approach = [line for line in lines if "G43" in line]
+    assert [re.search(r"G43 H(\d+) X", line)[1] for line in approach] == ["3", "17"]
+    plain = run(cldata.parse(TOOLS), setup, dialect="fanuc")
+    lengths = {3: 95.5, 7: 130.0, 17: 130.0}
+    moves = read(plain.program, "fanuc", Setup(Model(DATA / "machines" / "ac_table.toml"), lengths=lengths))
+    assert moves[-1].tool_length == 130.0

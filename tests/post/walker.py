@@ -56,8 +56,11 @@ def walk(text, where=table_tip, origin=(0, 0, 0), lengths=None):
         line = re.sub(r"^\d+\s*|^N\d+\s*", "", line)
         if not line or line.startswith(("%", "O", "BEGIN", "END")):
             continue
-        if match := re.match(r"TOOL CALL (\d+)|T(\d+)", line):
-            tool, words = int(match[1] or match[2]), {}  # the tool is changed where nobody knows
+        if match := re.match(r"T(\d+)$", line):
+            ready = int(match[1])  # in the magazine
+            continue
+        if match := re.match(r"TOOL CALL (\d+)|T(\d+) M6|M6", line):
+            tool, words = int(match[1] or match[2] or ready), {}  # the tool is changed where nobody knows
             walked.said.append(f"T{tool}")
             continue
         if re.match(r"TOOL CALL S|CYCL|S\d|M\d|D\d|G4 |TRA|G43|G49", line):
