@@ -4,7 +4,7 @@ What stands between them is listed, not judged. A slip that is lucky at these nu
 """
 
 import re
-from itertools import count, permutations
+from itertools import count, permutations, product
 
 import numpy as np
 
@@ -61,8 +61,8 @@ def _judged(graph, found, angles, point, result):
     if None in given:
         return dict.fromkeys(result, UNCLEAR), []
     units = [1.0 if re.search(IN_RADIANS, found.label(p), re.I) else np.pi / 180 for p in angles]
-    matrix = euler.matrix(found.sequence, np.array(given[:3]) * units)
-    matrix = matrix if found.active else matrix.T
+    radians = np.array(given[:3]) * units
+    matrix = _matrix(found, radians)
     point = np.array(given[3:]) - (found.task.origin or (0, 0, 0))
     right, cells = matrix @ point, [graph.cells.get(place, EMPTY) for place in result]
     written, size = [cell.number for cell in cells], np.linalg.norm(right)
@@ -74,12 +74,11 @@ def _judged(graph, found, angles, point, result):
 
     statuses = {place: status(number, n) for n, (place, number) in enumerate(zip(result, written, strict=True))}
     wrong = [n for n, place in enumerate(result) if statuses[place] == WRONG]
-    slips = [("other convention", "turned the other way, active for passive", matrix.T @ point)]
-    for order in [*permutations(range(3))][1:]:
-        under = "under the heading of another coordinate"
-        slips += [("exchanged", f"made of what stands {under}", matrix @ point[[*order]])]
-        slips += [("exchanged", f"what belongs {under}", right[[*order]])]
-    fits = (slip for slip in slips if all(status(each, n, slip[2]) == RIGHT for n, each in enumerate(written)))
+    fits = (
+        slip
+        for slip in _slips(found, radians, point)
+        if all(status(each, n, slip[2]) == RIGHT for n, each in enumerate(written))
+    )
     cause, text, _ = next(fits, ("", "", None)) if len(wrong) > 1 else ("", "", None)
     said = found.by != "source 000" or cause != "other convention"
     if len(wrong) == 3 and not (cause and said) and None not in written:
@@ -96,6 +95,23 @@ def _judged(graph, found, angles, point, result):
             message = f"{short} is {number:.6g}, should be {right[n]:.6g}"
         faults.append(Fault(graph.address(result[n]), cause, message, result[n]))
     return statuses, faults
+
+
+def _matrix(found, radians):
+    active = euler.matrix(found.sequence, radians)
+    return active if found.active else active.T
+
+
+def _slips(found, radians, point):
+    """Yield cause, sentence and the three results of slips that change all of them."""
+    matrix = _matrix(found, radians)
+    yield "other convention", "turned the other way, active for passive", matrix.T @ point
+    for order in [*permutations(range(3))][1:]:
+        under = "under the heading of another coordinate"
+        yield "exchanged", f"made of what stands {under}", matrix @ point[[*order]]
+        yield "exchanged", f"what belongs {under}", (matrix @ point)[[*order]]
+    for order in product(range(3), repeat=3):
+        yield "wrong angle", "turned by one angle in place of another", _matrix(found, radians[[*order]]) @ point
 
 
 def _status(written, right, size):
