@@ -59,7 +59,7 @@ class Option:
         if self.action.metavar == "CONTROL":
             return widgets.Combobox(options=control.names(), value=text, **how)
         shape = self.action.metavar
-        shape = " ".join(shape) if isinstance(shape, tuple) else ""
+        shape = " ".join(shape) if isinstance(shape, tuple) else (shape or "") * (shape not in UNITS)
         return widgets.Text(value=text, placeholder=shape + f"; {shape}; …" * self._is_repeated(), **how)
 
     def _is_repeated(self):

@@ -13,6 +13,7 @@ from mathpost.workbench.panel import Panel
 from mathpost.workbench.run import Made
 
 PAGE = "page.html"
+VERDICT = {"verify": ("travel", "CL data")}  # lines that say it, where that is not the first
 
 
 def explain(**values: Any) -> Panel:
@@ -49,4 +50,9 @@ def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) ->
         frame = 'style="width:100%;height:640px;border:0" sandbox="allow-scripts" title="machine"'
         pages["Machine"] = f'<iframe {frame} srcdoc="{escape(page)}"></iframe>'
         files[PAGE] = page.encode()
-    return Made(next(filter(None, text.splitlines()), ""), pages, files, fine=status == 0)
+    lines = list(filter(None, text.splitlines()))
+    told = [
+        next((line for line in lines if line.startswith(word)), "") for word in VERDICT.get(options.command, "")
+    ]
+    verdict = "; ".join(" ".join(line.split()) for line in told if line) or lines[0]
+    return Made(verdict, pages, files, fine=status == 0)

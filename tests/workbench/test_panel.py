@@ -307,6 +307,7 @@ def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
         uploaded(panel, "program", {"mine.h": text.encode()})
         (folder := tmp_path / str(fine)).mkdir()
         made, _ = worked(panel, folder)
+        assert ("agrees with all 5 records" in made.said) is fine
         assert made.fine is fine and 'srcdoc="' in made.pages["Machine"]
 
 
