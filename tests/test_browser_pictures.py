@@ -159,9 +159,11 @@ def curves_at_start(page, state, functions):
     """Where the moving artists of a chart are at its start, arrays (n, 2)."""
     sliders = state["sliders"]
     if "frames" in state:
-        (slider,) = sliders
-        frame = state["frames"][round((slider["value"] - slider["low"]) / slider["step"])]
-        for x, at in zip(state["x"], frame, strict=True):
+        number = 0  # of the frame; the last slider runs fastest
+        for slider in sliders:
+            positions = round((slider["high"] - slider["low"]) / slider["step"]) + 1
+            number = number * positions + round((slider["value"] - slider["low"]) / slider["step"])
+        for x, at in zip(state["x"], state["frames"][number], strict=True):
             yield np.column_stack([x, at]) if x else np.reshape(at, (-1, 2))
     else:
         q = [slider["value"] * slider["factor"] for slider in sliders]
