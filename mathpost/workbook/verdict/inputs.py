@@ -138,7 +138,10 @@ def _added_by_hand(graph, found):
     alone = [p for p in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()) if graph.own[p]]
     alone = [p for p in alone if len(graph.component[p]) <= FEW]
     parts = [each for size in (2, 3) for each in combinations(alone, size)] if len(alone) <= FEW else []
-    for place in found.sorted(found.typed & graph.used.keys() - graph.trees.keys()) if parts else ():
+    used = [
+        p for p in found.sorted(found.typed & graph.used.keys() - graph.trees.keys()) if abs(graph.own[p]) >= 10
+    ]
+    for place in used if parts else ():  # of fewer digits many numbers are sums by luck
         for each in parts:
             if abs(sum(graph.own[p] for p in each) - graph.own[place]) < 1e-9 * abs(graph.own[place]):
                 names = " and ".join(map(graph.short, each))
