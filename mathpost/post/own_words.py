@@ -60,12 +60,13 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
     if moves.run is None:
         stop = first + len(moves.blocks.words)
         return moves, blocks[first:stop], stop
-    parts, places, kinds, done, row = [], [], [], 0, first
+    parts, places, kinds, within, done, row = [], [], [], [], 0, first
     for turn in [*moves.turns.tolist(), len(moves.run)]:
         straight = moves.run[done:turn]
         parts.append(blocks[row : row + len(straight)])
         places.append(motion.place[straight])
         kinds.append(motion.kind[straight])
+        within.append(np.zeros(len(straight), bool))
         row += len(straight)
         if turn < len(moves.run) and row < len(lines):
             stop = int(np.searchsorted(lines, lines[row], side="right"))
@@ -73,6 +74,7 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
             parts.append(part)
             places.append(place)
             kinds.append(np.full(len(place), motion.kind[moves.run[turn]]))
+            within.append(np.arange(len(place)) < len(place) - 1)
             row = stop
         done = turn + 1
     run, place = joined(parts), np.concatenate(places)
@@ -81,7 +83,7 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
     found = Motion(proof.joints_of(path.kin, run), place, np.concatenate(kinds))
     tip, _ = path.cl.at(place)
     by_feed = np.where(found.at_feed(path.cl), feed_times(tip, path.cl.feeds[found.record[1:]]), np.nan)
-    return replace(moves, motion=found, by_feed=by_feed), run, row
+    return replace(moves, motion=found, by_feed=by_feed, smooth=np.concatenate(within)), run, row
 
 
 def _with_records(path, blocks, begin, stop, before, after):

@@ -81,7 +81,7 @@ def report_of(
     """
     laws, slow, unknown = [], [], np.zeros(len(machine.joint_names), bool)
     for each, part in zip(plans, blocks, strict=True):
-        asked, law = law_of(each.path.kin, part, options.control, rounding)
+        asked, law = law_of(each.path.kin, part, options.control, rounding, each.moves.smooth)
         laws.append(law)
         slow.append(_slowest(each, asked, laws[-1]))
         unknown |= (np.diff(part.words, axis=0)[part.rapid[1:]] != 0).any(axis=0) & np.isnan(machine.max_rates)

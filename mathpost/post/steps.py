@@ -51,6 +51,7 @@ class Moves:
     run: np.ndarray | None = None
     turns: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     pecks: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    smooth: np.ndarray | None = None  # as read back: which poses are within an arc
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ class TimeLaw:
         return self.joints[move] + done[..., None] * (self.joints[move + 1] - self.joints[move])
 
 
-def time_law(machine, joints, asked, *, settle=SETTLE, halts=None):
+def time_law(machine, joints, asked, *, settle=SETTLE, halts=None, smooth=None):
     """Return the `TimeLaw` of a path whose joints (m, 5), mm and radians, run linearly from each row to the next.
 
     `asked`, shape (m - 1,), are the seconds that feed and rates ask for each move, as `block_times` has them; one
@@ -61,7 +61,7 @@ def time_law(machine, joints, asked, *, settle=SETTLE, halts=None):
     Poses that follow closer than that are a curve: there the jumps, spread over the moves, take their part of the
     acceleration.
 
-    `halts`, shape (m,), says at which poses the machine stands still.
+    `halts`, shape (m,), says at which poses the machine stands still, `smooth` which are within an arc, no corners.
 
     Examples
     --------
@@ -75,7 +75,10 @@ def time_law(machine, joints, asked, *, settle=SETTLE, halts=None):
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
     moving = np.flatnonzero(asked > 0)
     lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
-    speed, bend, squares = corners(joints, moving, lengths, most, settle)
+    settling = np.full(max(len(moving) - 1, 0), float(settle))
+    if smooth is not None:
+        settling[np.asarray(smooth)[moving[1:]]] = SETTLE
+    speed, bend, squares = corners(joints, moving, lengths, most, settling)
     if halts is not None:
         halts = np.asarray(halts)[np.r_[0, moving + 1]]
         squares[halts], bend[:, halts] = 0, 0
@@ -138,7 +141,9 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
     return joints, np.fmax(seconds, blocks.seconds[1:])
 
 
-def law_of(kin: Kinematics, blocks: Blocks, control: Control, rounding: float) -> tuple[np.ndarray, TimeLaw]:
+def law_of(
+    kin: Kinematics, blocks: Blocks, control: Control, rounding: float, smooth: np.ndarray | None = None
+) -> tuple[np.ndarray, TimeLaw]:
     """Return the seconds that the blocks of a program ask, shape (n - 1,), and the time law of a control.
 
     A control that does not look ahead over rotary axes plans X Y Z as programmed, with TCP those of the tip. Where
@@ -151,7 +156,12 @@ def law_of(kin: Kinematics, blocks: Blocks, control: Control, rounding: float) -
     turning = (np.diff(blocks.words[:, 3:], axis=0) != 0).any(axis=1)
     halts = np.r_[True, turning[1:] | turning[:-1], True]
     law = time_law(
-        _weaker(kin.machine, 1 + overlap), blocks.joints, asked, settle=SETTLE if overlap else AT_ONCE, halts=halts
+        _weaker(kin.machine, 1 + overlap),
+        blocks.joints,
+        asked,
+        settle=SETTLE if overlap else AT_ONCE,
+        halts=halts,
+        smooth=smooth,
     )
     moving = np.flatnonzero(asked > 0)
     kept = np.r_[0, moving + 1]
