@@ -20,6 +20,7 @@ from mathpost.errors import InputError
 TEMPLATES = Path(__file__).parent / "templates"
 GUESS = re.compile(r"^Write a guess in the place of None.*\n?", re.MULTILINE)  # there is nothing to run in a page
 NOTEBOOK = re.compile(r"""((?:\]\(|href=["'])[^)"':\s]+)\.ipynb(?=[)"'#])""")
+OF_JUPYTER = re.compile(r"\A<style>.*?</style>", re.DOTALL)  # of a panel; in a page a style stands in the head
 QUOTED = re.compile('"([^"]+)"')
 
 
@@ -63,7 +64,8 @@ class Offline(Preprocessor):
                 output["text"] = GUESS.sub("", output["text"])
             data = output.get("data", {})
             for kind in {"text/html", "text/markdown"} & data.keys():
-                data[kind] = re.sub('<iframe title="view"', self._titled, relinked(data[kind]))
+                shown = OF_JUPYTER.sub("", relinked(data[kind]))
+                data[kind] = re.sub('<iframe title="view"', self._titled, shown)
             if "text/latex" in data:
                 data["text/html"] = f"<div>{formula(data.pop('text/latex').strip('$ '), block=True)}</div>"
             if "image/png" in data:

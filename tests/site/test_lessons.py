@@ -78,3 +78,8 @@ def test_a_picture_is_described_by_its_axes_and_names():
     )
     shown = lesson.described({"metadata": {"image/png": {"alt": numbers}}})
     assert shown == 'picture with "X, mm", x "t"; it shows X'
+
+
+def test_a_panel_of_the_workbench_leaves_its_sentence_and_no_style():
+    body = lesson.read(ROOT / "notebooks/15_workbench.ipynb", lesson.exporter()).body
+    assert body.count("it needs Python") == 7 and "<style>" not in body
