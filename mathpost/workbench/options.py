@@ -28,6 +28,9 @@ LARGEST = 8 * MEGABYTE  # of what is uploaded at once: a message of more than te
 MOST = 500  # files
 # An app of voila is for people who may not look into the server: files are uploaded, and downloaded.
 IS_APP = os.environ.get("SERVER_SOFTWARE", "").startswith("voila")
+# The server drops a larger message before Python sees it: only the sign that it came tells of the loss.
+BOUND = f"Upload at most {LARGEST // MEGABYTE} MB: what has arrived is named in the field"
+BOUND += "." if IS_APP else "; give a larger file by its path."
 LABEL, FIELD = "120px", "340px"
 STYLE = {"description_width": LABEL}
 
@@ -88,12 +91,13 @@ class FileOption(Option):
         self.several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
         super().__init__(action, value)
         self.upload = widgets.FileUpload(
-            description="Upload", multiple=self.several, tooltip=f"at most {LARGEST // MEGABYTE} MB",
-            layout=widgets.Layout(width="120px"),
+            description="Upload", multiple=self.several, tooltip=BOUND,
+            layout=widgets.Layout(width="120px", flex="0 0 auto"),
         )  # fmt: skip
         self.uploaded: dict[str, bytes] = {}
         self.upload.observe(self._take, "value")
-        self.box.children = (self.field, self.upload, *self.box.children[1:])
+        bound = widgets.HTML(f"<span class=mathpost-help>{BOUND}</span>")
+        self.box.children = (self.field, self.upload, widgets.VBox([*self.box.children[1:], bound]))
 
     def _made(self, label, value):
         pattern = SHIPPED.get(self.action.dest)

@@ -187,6 +187,18 @@ def test_uploads_are_bounded_and_stay_in_their_folder(tmp_path):
     assert colour == "wrong" and "at most 500 uploaded files, 8 MB together" in text and panel.thread is None
 
 
+@pytest.mark.parametrize("name", MADE)
+def test_beside_every_upload_stand_its_bound_and_the_way_for_larger_files(name):
+    """A larger message is dropped on its way: Python cannot tell of it afterwards."""
+    for option in MADE[name].options.values():
+        notes = [each.value for each in inside(option.box) if isinstance(each, widgets.HTML)]
+        is_told = any(
+            "at most 8 MB" in note and "named in the field" in note and "larger file by its path" in note
+            for note in notes
+        )
+        assert is_told is hasattr(option, "upload"), option.name
+
+
 def test_a_cancelled_run_ends_at_once_and_leaves_nothing():
     before = left()
     panel = workbench.post(machine="dmu50v")
