@@ -72,8 +72,8 @@ def test_spindle(text, turning):
         ("COOLNT/ON", ["FLOOD"]),
         ("COOLNT/ON,MIST", ["MIST"]),
         ("COOLNT / FLOOD, HIGH", ["FLOOD"]),
-        ("COOLNT/THRU\nCOOLNT/OFF\nCOOLNT/ON", ["OFF"]),  # again by the comment that tells which
-        ("COOLNT/MIST,ON\nCOOLNT/TAP\nCOOLNT/OFF", ["MIST", "OFF"]),
+        ("COOLNT/THRU\nCOOLNT/OFF\nCOOLNT/ON", ["THRU", "OFF", "THRU"]),
+        ("COOLNT/MIST,ON\nCOOLNT/TAP\nCOOLNT/OFF", ["MIST", "TAP", "OFF"]),
     ],
 )
 def test_coolant(text, coolants):
