@@ -85,16 +85,21 @@ class Option:
 
 
 class FileOption(Option):
-    """A control for a file, or several: uploaded, by its path, or the name of one that comes with the package."""
+    """A control for a file, or several: uploaded, by its path, or the name of one that comes with the package.
+
+    A value that is a dictionary, name → text, stands for files that need no upload: those that a lesson draws.
+    """
 
     def __init__(self, action: argparse.Action, value: Any = None):
         self.several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
-        super().__init__(action, value)
+        drawn = value if isinstance(value, dict) else {}
+        super().__init__(action, None if drawn else value)
         self.upload = widgets.FileUpload(
             description="Upload", multiple=self.several, tooltip=BOUND,
             layout=widgets.Layout(width="120px", flex="0 0 auto"),
         )  # fmt: skip
         self.uploaded: dict[str, bytes] = {}
+        self._put({name: text.encode() for name, text in drawn.items()})
         self.upload.observe(self._take, "value")
         bound = widgets.HTML(f"<span class=mathpost-help>{BOUND}</span>")
         self.box.children = (self.field, self.upload, widgets.VBox([*self.box.children[1:], bound]))
@@ -109,10 +114,13 @@ class FileOption(Option):
         )  # fmt: skip
 
     def _take(self, _change):
+        self._put({Path(each["name"]).name: bytes(each["content"]) for each in self.upload.value})
+
+    def _put(self, files):
         """What was uploaded is what the field names, until something else is typed there."""
-        self.uploaded = {Path(each["name"]).name: bytes(each["content"]) for each in self.upload.value}
-        if self.uploaded:
-            names = list(self.uploaded)
+        self.uploaded = files
+        names = list(files)
+        if names:
             self.field.value = names[0] if len(names) == 1 else f"{len(names)} files, uploaded"
 
     def words(self, folder: Path) -> list[str]:

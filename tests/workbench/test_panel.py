@@ -13,6 +13,7 @@ import openpyxl
 import pytest
 
 from mathpost import workbench
+from mathpost.course.exercises.capstone import task
 from mathpost.errors import InputError
 from mathpost.shell import main, post
 from mathpost.workbench.options import LARGEST
@@ -321,6 +322,21 @@ def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
         made, _ = worked(panel, folder)
         assert ("agrees with all 5 records" in made.said) is fine
         assert made.fine is fine and 'srcdoc="' in made.pages["Machine"]
+
+
+@pytest.mark.parametrize("number", [0, 5, 14])
+def test_what_a_lesson_draws_needs_no_upload(number, tmp_path):
+    """The part and the machine of lesson 07c, as a panel has them, against the program that the shell makes."""
+    drawn = task(number)
+    for name, text in (("machine.toml", drawn.machine), ("part.cl", drawn.cl)):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    files = [f"{tmp_path / 'part.cl'}", "--machine", f"{tmp_path / 'machine.toml'}"]
+    assert main.main(["post", *files, "-o", f"{tmp_path / 'mine.h'}"]) == 0
+    panel = workbench.verify(machine={"machine.toml": drawn.machine}, cl={"part.cl": drawn.cl})
+    uploaded(panel, "program", {"mine.h": (tmp_path / "mine.h").read_bytes()})
+    (tmp_path / "run").mkdir()
+    made, _ = worked(panel, tmp_path / "run")
+    assert made.fine and "agrees with all 11 records" in made.said
 
 
 def test_an_app_looks_at_nothing_of_its_server(monkeypatch, tmp_path):
