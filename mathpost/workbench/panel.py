@@ -27,7 +27,31 @@ LARGEST = 32 * MEGABYTE  # of a download; more is saved to a folder
 WIDE = widgets.Layout(width="100%")
 
 
-class Panel(widgets.VBox):
+class Shown(widgets.VBox):
+    """Controls and the line that says what comes of them; where there is no Python, one sentence."""
+
+    def __init__(self, command: str, controls: Sequence[widgets.Widget]):
+        self.command, self.said = command, widgets.HTML()
+        style = widgets.HTML(f"<style>{read_text(STYLE)}</style>")
+        super().__init__([style, *controls, self.said], layout=WIDE)
+        self.add_class("mathpost-panel")
+
+    def tell(self, text: str, kind: str = "") -> None:
+        """Say one line: a result, or an error."""
+        self.said.value = f'<div class="mathpost-said {kind}" role="status">{escape(text)}</div>'
+
+    def __repr__(self):
+        return f"{self.command}: {SENTENCE}"
+
+    def _ipython_display_(self, **_kwargs):
+        """Show a sentence for those who have no Python, and where there is one the panel in its place."""
+        sentence = f'<style>{WITHOUT_PYTHON}</style><div class="mathpost-sentence">{SENTENCE}</div>'
+        display({"text/plain": repr(self), "text/html": sentence}, raw=True)
+        view = self._repr_mimebundle_()
+        display({kind: view[kind] for kind in view if "widget-view" in kind}, raw=True)
+
+
+class Panel(Shown):
     """A panel of one command.
 
     Parameters
@@ -45,12 +69,12 @@ class Panel(widgets.VBox):
     """
 
     def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any]):
-        self.command, self.work = command, work
+        self.work = work
         self.options = options(command, dict(values))
         self.run = widgets.Button(description="Run", button_style="primary", tooltip="with the values above")
         self.cancel = widgets.Button(description="Cancel", disabled=True, tooltip="stop at once; nothing is left")
         self.bar = widgets.FloatProgress(min=0, max=1, layout=widgets.Layout(width="220px"))
-        self.stage, self.said = widgets.HTML(), widgets.HTML()
+        self.stage = widgets.HTML()
         self.found, self.rows = widgets.VBox(layout=WIDE), widgets.VBox(layout=WIDE)
         self.sections = widgets.Accordion(layout=WIDE)
         self.files: dict[str, bytes] = {}
@@ -60,18 +84,8 @@ class Panel(widgets.VBox):
         self.cancel.on_click(lambda _: self.running and self.running.stop())
         buttons = widgets.HBox([self.run, self.cancel, self.bar, self.stage])
         shown = [self.options[name].box for name in first]
-        super().__init__(
-            [
-                widgets.HTML(f"<style>{read_text(STYLE)}</style>"),
-                *shown,
-                self.sections,
-                buttons,
-                self.said,
-                self.found,
-            ],
-            layout=WIDE,
-        )
-        self.add_class("mathpost-panel")
+        super().__init__(command, [*shown, self.sections, buttons])
+        self.children = (*self.children, self.found)
         if more := [each.box for name, each in self.options.items() if name not in first]:
             self.section("Further options", widgets.VBox(more))
 
@@ -134,10 +148,6 @@ class Panel(widgets.VBox):
         stage, since = self.now
         self.stage.value = f"{escape(stage)} … {time.monotonic() - since:.0f} s"
 
-    def tell(self, text: str, kind: str = "") -> None:
-        """Say one line: a result, or an error."""
-        self.said.value = f'<div class="mathpost-said {kind}" role="status">{escape(text)}</div>'
-
     def show(self, made: Made) -> None:
         """Show what was made: pages beside each other, and downloads."""
         self.files = made.files
@@ -172,16 +182,6 @@ class Panel(widgets.VBox):
             said.value = f'<span class="mathpost-said wrong">{escape(str(error))}</span>'
         else:
             said.value = f"{len(self.files)} written"
-
-    def __repr__(self):
-        return f"{self.command}: {SENTENCE}"
-
-    def _ipython_display_(self, **_kwargs):
-        """Show a sentence for those who have no Python, and where there is one the panel in its place."""
-        sentence = f'<style>{WITHOUT_PYTHON}</style><div class="mathpost-sentence">{SENTENCE}</div>'
-        display({"text/plain": repr(self), "text/html": sentence}, raw=True)
-        view = self._repr_mimebundle_()
-        display({kind: view[kind] for kind in view if "widget-view" in kind}, raw=True)
 
 
 def download(name: str, content: bytes) -> str:
