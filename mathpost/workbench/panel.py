@@ -30,10 +30,10 @@ WIDE = widgets.Layout(width="100%")
 class Shown(widgets.VBox):
     """Controls and the line that says what comes of them; where there is no Python, one sentence."""
 
-    def __init__(self, command: str, controls: Sequence[widgets.Widget]):
+    def __init__(self, command: str, controls: Sequence[widgets.Widget], below: Sequence[widgets.Widget] = ()):
         self.command, self.said = command, widgets.HTML()
         style = widgets.HTML(f"<style>{read_text(STYLE)}</style>")
-        super().__init__([style, *controls, self.said], layout=WIDE)
+        super().__init__([style, *controls, self.said, *below], layout=WIDE)
         self.add_class("mathpost-panel")
 
     def tell(self, text: str, kind: str = "") -> None:
@@ -84,8 +84,7 @@ class Panel(Shown):
         self.cancel.on_click(lambda _: self.running and self.running.stop())
         buttons = widgets.HBox([self.run, self.cancel, self.bar, self.stage])
         shown = [self.options[name].box for name in first]
-        super().__init__(command, [*shown, self.sections, buttons])
-        self.children = (*self.children, self.found)
+        super().__init__(command, [*shown, self.sections, buttons], [self.found])
         if more := [each.box for name, each in self.options.items() if name not in first]:
             self.section("Further options", widgets.VBox(more))
 

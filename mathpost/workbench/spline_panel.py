@@ -41,12 +41,8 @@ class SplinePanel(Shown):
 
     def cubic(self) -> Motion:
         """Return the motion through the region that the controls stand for."""
-        # Equation (7) divides by Δt: a slope that is taken f times is that of Δt / f.
-        dt = [
-            dt.value / slope.value if slope.value else np.inf
-            for dt, slope in zip(self.dt, self.slopes, strict=True)
-        ]
-        place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, self.region, self.n.value, dt=tuple(dt))
+        into, out = map(_virtual_time, self.dt, self.slopes)
+        place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, self.region, self.n.value, dt=(into, out))
         return Motion.on_part(joints, place)
 
     def prove(self) -> None:
@@ -72,3 +68,8 @@ class SplinePanel(Shown):
 
 def _number(name, low, high):
     return widgets.FloatSlider(1, min=low, max=high, step=0.05, description=name, **HOW)
+
+
+def _virtual_time(dt, slope):
+    """Equation (7) divides by Δt: a slope that is taken f times is that of Δt / f, a level one that of no end."""
+    return dt.value / slope.value if slope.value else np.inf
