@@ -4,8 +4,6 @@ The rotary axes have been turned by moves before. The plane is written only if t
 takes this very position for it: then nothing turns, and the moves that follow are in the coordinates of the plane.
 """
 
-from itertools import pairwise
-
 import numpy as np
 
 from mathpost.controls.blocks import printed
@@ -39,9 +37,11 @@ def tilted(draft: Draft) -> None:
     edges |= {row + change for row in np.flatnonzero(motion.kind == SAFE).tolist() for change in (0, 1)}
     edges |= {row for row in fixed if 0 < row < len(blocks.words)}
     drilled = np.searchsorted(motion.place, [each.first for each in draft.path.cl.pieces if isinstance(each, Hole)])
-    for first, stop in pairwise(sorted(edges)):
+    at = np.array(sorted(edges))
+    for run in np.flatnonzero(np.diff(at) > 1).tolist():  # of a path in five axes there are few
+        first, stop = at[run : run + 2].tolist()
         worth = stop - first > FEWEST or ((drilled >= first) & (drilled < stop)).any()
-        if worth and stop - first > 1 and motion.kind[first] != SAFE and blocks.words[first, 3:].any():
+        if worth and motion.kind[first] != SAFE and blocks.words[first, 3:].any():
             _tilt(draft, first, stop)
 
 
