@@ -171,7 +171,7 @@ class _Values:
         uses, pairs, expressions = Counter(number for _, number in results), [], {}
         for number in reversed(range(len(self.values))):  # operands have smaller numbers
             if uses[number] and isinstance(self.values[number], tuple):
-                uses.update({operand for _, operand in self.values[number][1]})
+                uses.update(operand for _, operand in self.values[number][1])
         for number, value in enumerate(self.values):
             if not uses[number]:
                 continue

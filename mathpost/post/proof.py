@@ -19,6 +19,7 @@ RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between 
 LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
 AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; what they may miss of the tool axis
 FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
+FEWEST_INTERVALS = 4  # of any move: with two, an end on the other side of the segment hides how high the peak is
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
 BODY = 5.0  # mm, assumed: the radius of the tool's body,
 LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
@@ -27,7 +28,7 @@ MANY_POINTS = 5000  # that the body of the tool is held against one by one
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
-def deviation(kin, start, end, *, tips=None, axes=None, least=2):
+def deviation(kin, start, end, *, tips=None, axes=None, least=FEWEST_INTERVALS):
     """Return how far the tip (mm) and the tool axis (radians) stray when all joints move linearly, shape (m,) each.
 
     `start` and `end`, shape (m, 5), are the joints at both ends of m moves, mm and radians; `tips` and `axes`, (2,
@@ -67,7 +68,7 @@ def arcs(cl, place, place_after):
     return cl.axes[before], cl.axes[after]
 
 
-def stray(kind, kin, start, end, path=None, least=2):
+def stray(kind, kin, start, end, path=None, least=FEWEST_INTERVALS):
     """One half of `deviation`: that of the tip (`kind` 0) or of the tool axis (1)."""
     error = np.zeros(len(start))
     for moves, _, *tool in sampled(kin, start, end, least):
@@ -76,7 +77,7 @@ def stray(kind, kin, start, end, path=None, least=2):
     return error
 
 
-def sampled(kin, start, end, least=2):
+def sampled(kin, start, end, least=FEWEST_INTERVALS):
     """Yield k moves at a time: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (…, k, 3)."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     intervals = _intervals(kin.machine, start, end, least)
@@ -94,7 +95,7 @@ def true_tip(kin, joints, *, samples=24):
     return kin.forward(joints[:-1, None] + t * np.diff(joints, axis=0)[:, None])[0].reshape(-1, 3)
 
 
-def largest(kind, kin, joints, path, most, *, least=2):
+def largest(kind, kin, joints, path, most, *, least=FEWEST_INTERVALS):
     """How far the tip (`kind` 0) or the tool axis (1) strays at most from its path, and the first such move.
 
     `path`, (2, n - 1, 3), has the ends of the segment or arc that each move of the joints (n, 5) should follow;
@@ -239,7 +240,7 @@ def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True, lef
     machine, joints = real or kin, joints_of(kin, blocks)
     tips, axes = cl.at(motion.place)
     moves = len(joints) - 1
-    least, most, off = LEAST_INTERVALS if real else 2, np.full((2, moves), np.inf), np.zeros(moves)
+    least, most, off = LEAST_INTERVALS if real else FEWEST_INTERVALS, np.full((2, moves), np.inf), np.zeros(moves)
     # A record whose block was left out as a repetition has the pose of the block before.
     on_part = np.flatnonzero(~motion.lifted)
     wanted = np.delete(np.arange(len(cl)), np.asarray(left_out, int))

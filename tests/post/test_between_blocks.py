@@ -56,6 +56,17 @@ def test_default_sampling_misses_no_more_than_its_resolution(kin):
     np.testing.assert_allclose(axis, dense_axis, rtol=0, atol=RESOLUTION / 100)
 
 
+@pytest.mark.parametrize("off", [0, 0.0008, 0.002, 0.003])  # mm, of the ends, on one side and on the other
+def test_ends_on_either_side_of_the_segment_hide_no_peak(dmu50v, off):
+    """Against distances from a line at 20,001 points: a magnitude has a kink where its vector turns round."""
+    tips, rotary = np.array([[77.0, -5, 0], [77.0, 5, 0]]), np.array([[0.3, 0], [0.3, 0.003]])
+    ends = dmu50v.close(tips + np.outer([off, -off], [1, 0, 0]), rotary)
+    at, _ = dmu50v.forward(np.linspace(*ends, 20_001))
+    from_line = np.hypot(at[:, 0] - 77, at[:, 2])
+    tip, _ = deviation(dmu50v, ends[:1], ends[1:], tips=tips[:, None])
+    assert tip[0] == pytest.approx(from_line.max(), abs=RESOLUTION / 10)
+
+
 def test_the_true_tip_is_where_the_joints_take_it(kin):
     start, end = moves(kin, 1, seed=4)
     joints = np.array([start[0], end[0], start[0] + 5])
