@@ -18,6 +18,7 @@ from mathpost.files import data_file
 from mathpost.measure import csv_table
 from mathpost.measure.angular_error import RUNS
 from mathpost.measure.rotary_axis import location_errors
+from mathpost.measure.words import measure
 from mathpost.rotation import unit
 from mathpost.toml_table import read_toml
 
@@ -126,7 +127,7 @@ def _columns(method, machine):
 
 def _obey_places(table, names):
     """Bring all columns but the readings to mm and degrees; in a file in inches each must say its own unit."""
-    inches = csv_table.measure(table.settings.get("unit", "")) == csv_table.measure("in")
+    inches = measure(table.settings.get("unit", "")) == measure("in")
     for name in sorted(set(names) & set("xyzRL") | set(names) & {"length", "at"}):
         if inches and f"unit {name}" not in table.settings:
             table.refuse(

@@ -9,9 +9,10 @@ reading to a line::
     0,16,4,table warm
 
 Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
-or with semicolons or tabs and decimal commas; with lines before the column names and behind the readings, commas at
-the ends of lines, columns of times, temperatures, numbers and remarks. What was not read is said in `Table.notes`.
-A unit may stand behind a column's name, ``x (µm)``.
+or with semicolons, tabs, bars or spaces and decimal commas; with lines before the column names and behind the
+readings, commas at the ends of lines, columns of times, temperatures, numbers and remarks. `Table.notes` say what
+was not read. Columns may have the names of data/measurements/words.toml. A unit may stand behind a column's name,
+``x (µm)``, in a line of units below the names, or in every cell of a column.
 """
 
 from __future__ import annotations
@@ -28,55 +29,13 @@ import numpy as np
 
 from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.files import read_bytes
+from mathpost.measure.words import UNITS, Names, bracket, is_aside, measure
 
-OTHER_WORDS = {  # what people call a column
-    "angle": ("角度", "转角", "winkel"),
-    "position": ("位置", "目标位置", "target"),
-    "dial": ("reading", "读数", "千分表"),
-    "forth": ("forward", "正向", "去程"),
-    "back": ("backward", "反向", "回程"),
-    "run": ("次数",),
-}
-# Columns that are not read: remarks, numbers of rows, times and temperatures.
-ASIDE = (
-    "remark",
-    "remarks",
-    "comment",
-    "note",
-    "备注",
-    "说明",
-    "bemerkung",
-    "no",
-    "nr",
-    "#",
-    "index",
-    "序号",
-    "time",
-    "date",
-    "timestamp",
-    "zeit",
-    "uhrzeit",
-    "datum",
-    "时间",
-    "日期",
-    "temp",
-    "temperature",
-    "temperatur",
-    "温度",
-)
-# What a unit measures, and its size in mm or radians.
-UNITS = {
-    ("mm", "毫米"): ("length", 1.0),
-    ("µm", "μm", "um", "微米"): ("length", 1e-3),
-    ("in", "inch"): ("length", 25.4),
-    ("deg", "degree", "degrees", "°", "度"): ("angle", math.radians(1)),
-    ("arcmin", "′", "'"): ("angle", math.radians(1 / 60)),
-    ("arcsec", "″", '"', "''", "角秒", "秒"): ("angle", math.radians(1 / 3600)),
-    ("rad",): ("angle", 1.0),
-    ("mrad",): ("angle", 1e-3),
-    ("µrad", "μrad", "urad"): ("angle", 1e-6),
-}
 SHOWN = 12  # columns that a message lists
+COMMENT = ("#", "%", "//")
+MINUS = str.maketrans(dict.fromkeys("−–‐－", "-"))  # as word processors write it
+PREAMBLE = 500  # lines before the column names, at most
+MARKS = ",;\t|"  # between cells; else blanks
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make
 # What a setting looks like; behind a colon only two words, or it is a sentence.
 SETTING = re.compile(r"(unit \S+|\w+)\s*(?:=\s*(.*)|[:,;\t]\s*(\S+(?: \S+)?))")
@@ -175,18 +134,6 @@ class Table(dict):
                 self[name] *= size if measures == "length" else math.degrees(size)
 
 
-def measure(stated: str) -> tuple[str | None, float]:
-    """What a unit, or a number of units, measures, and its size in mm or radians; None for other words."""
-    stated = stated.strip()
-    number = re.match(NUMBER, stated)
-    count = number[0] if number else ""
-    word = stated[len(count) :].strip().casefold()
-    for words, (measures, size) in UNITS.items():
-        if word in words and float(count or 1) > 0:
-            return measures, size * float(count or 1)
-    return None, 0.0
-
-
 def read(
     path: Path | str,
     columns: Sequence[str],
@@ -222,15 +169,15 @@ def scan(path: Path | str) -> Lines:
     lines: list[tuple[int, str]] = []
     settings: dict[str, str] = {}
     for number, line in enumerate(content.splitlines(), 1):
-        comment = line.lstrip(' "').startswith("#")
-        said = SETTING.fullmatch(line.strip(' "#\t;,'))
+        comment = line.lstrip(' "').startswith(COMMENT)
+        said = SETTING.fullmatch(line.strip(' "#%/\t;,'))
         key = said[1] if said and said[1].startswith("unit ") else said[1].casefold() if said else ""
-        value = (said[2] or said[3] or "").strip() if said else ""
+        value = (said[2] or said[3] or "").strip(" \"'") if said else ""
         if value and (key in KNOWN or key.startswith("unit ")):
             if comment and settings.get(key, value) != value:
                 raise InputError(f"{path}, line {number}", f"one line # {key} = …", f"a different one, {value!r}")
             settings.setdefault(key, value)
-        if not comment and line.strip(" \t,;"):
+        if not comment and line.strip(" \t,;|-:"):
             lines.append((number, line))
     return Lines(str(path), tuple(lines), settings, not content or content[-1] in "\r\n")
 
@@ -246,15 +193,20 @@ def parse(
     """Bring `Lines` to a `Table`: parameters as in `read`."""
     table, wanted = Table(found.path), (*columns, *optional)
     table.settings = dict(found.settings)
-    words = {word.casefold(): name for name in wanted for word in (name, *OTHER_WORDS.get(name, ()))}
-    words |= {word.casefold(): name for word, name in (also or {}).items()}
-    first, delimiter = _header(found.lines, wanted, words)
+    known = Names(wanted, also)
+    first, mark = _header(found.lines, known)
     if len(found.lines) < first + 2:
         raise InputError(table.path, f"the columns {', '.join(columns)} and rows of readings", "no readings")
     number, line = found.lines[first]
     table.header = f"{table.path}, line {number}"
-    names = _check_names(table, _cells(line, delimiter), columns, wanted, words)
-    rows = [(number, _cells(line, delimiter)) for number, line in found.lines[first + 1 :]]
+    header = _cells(line, mark)
+    names = _check_names(table, header, columns, known)
+    rows = [(number, _cells(re.sub(r"\s#.*", "", line), mark)) for number, line in found.lines[first + 1 :]]
+    rows = _obey_units_below(table, names, rows)
+    again = [number for number, cells in rows if cells == header]
+    rows = [(number, cells) for number, cells in rows if cells != header]
+    if not rows:
+        raise InputError(table.path, "rows of readings below the columns' names", "no readings")
     rows, behind = _without_footer(
         rows, next(n for n, name in enumerate(names) if name in wanted and name not in text)
     )
@@ -269,14 +221,17 @@ def parse(
     cells = [cells for _, cells in rows]
     table |= {name: list(column) for name, *column in zip(names, *cells, strict=True) if name in wanted}
     numbers = [name for name in table if name not in text]
-    commas = delimiter != "," and not any("." in entry for name in numbers for entry in table[name])
+    for name in numbers:
+        _obey_unit_in_cells(table, name)
+    commas = mark != "," and not any("." in entry for name in numbers for entry in table[name])
     for name in numbers:
         table[name] = np.array([_number(table, row, name, commas) for row in range(len(rows))])
-    aside = [name for name in names if name not in wanted]
+    aside = [name or "a column without a name" for name in names if name not in wanted]
     table.notes = tuple(
         f"{table.path}: {note}"
         for holds, note in (
             (first, f"{first} lines before the column names were not read"),
+            (again, f"the column names stand again in line {', '.join(map(str, again))}"),
             (behind, f"{behind} lines behind the readings were not read"),
             (aside, f"not read: {', '.join(aside)}"),
             (not found.whole, "no line break at the end: the last reading may be cut off"),
@@ -286,30 +241,68 @@ def parse(
     return table
 
 
-def _cells(line, delimiter):
-    entries = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+def _cells(line, mark):
+    """The cells of a line between marks; a blank is one that stands before no bracket."""
+    if mark == " ":
+        return re.split(r"\s+(?![(\[（])", line.strip())
+    if mark == "|":
+        line = line.strip().removeprefix("|").removesuffix("|")
+    entries = csv.reader([line], delimiter=mark, skipinitialspace=True)
     return [cell.strip() for cell in next(entries, [])]
 
 
-def _header(lines, wanted, words):
+def _header(lines, known):
     """Which of the lines names the columns, and the mark between them: the first with two that are wanted."""
-    for index, (_, line) in enumerate(lines):
-        for delimiter in sorted(",;\t", key=line.count, reverse=True):
-            names = [words.get(_split(cell)[0].casefold()) for cell in _cells(line, delimiter)]
-            if len({name for name in names if name}) >= min(2, len(wanted)):
-                return index, delimiter
+    for index, (_, line) in enumerate(lines[:PREAMBLE]):
+        for mark in sorted(MARKS, key=line.count, reverse=True):
+            if len({known.find(cell)[0] for cell in _cells(line, mark)} - {None}) >= min(2, len(known.wanted)):
+                return index, mark
+        names = _cells(line, " ")  # a sentence may name two columns as well, but no numbers stand below it
+        if len(names) > 1 and {known.find(cell)[0] for cell in names} - {None}:
+            below = [_cells(text, " ") for _, text in lines[index + 1 : index + 3]]
+            if any(len(cells) == len(names) and all(map(_reads, cells)) for cells in below):
+                return index, " "
     line = lines[0][1] if lines else ""
-    return 0, max(",;\t", key=lambda mark: (line.count(mark), mark == ","))
+    return 0, max(MARKS, key=lambda mark: (line.count(mark), mark == ","))
+
+
+def _reads(cell):
+    """Whether a cell looks like a number, with whatever decimal mark."""
+    return re.fullmatch(r"[-+]?[\d.,]+(e[-+]?\d+)?", cell.translate(MINUS), re.IGNORECASE)
 
 
 def _without_footer(rows, column):
     """The rows without those at the end that have no number in `column`, and how many these are."""
-
-    def reads(cells):
-        return len(cells) > column and re.fullmatch(r"[-+−]?[\d.,]+(e[-+]?\d+)?", cells[column], re.IGNORECASE)
-
-    last = max((n for n, (_, cells) in enumerate(rows) if reads(cells)), default=len(rows) - 1)
+    reading = [n for n, (_, cells) in enumerate(rows) if len(cells) > column and _reads(cells[column])]
+    last = max(reading, default=len(rows) - 1)
     return rows[: last + 1], len(rows) - last - 1
+
+
+def _obey_units_below(table, names, rows):
+    """Take a line of units below the names for what it says; the other rows."""
+    stated = [cell.strip("()[]（） ") for cell in rows[0][1]]
+    if len(stated) != len(names) or not any(stated) or not all(measure(cell)[0] or cell in "-" for cell in stated):
+        return rows
+    for name, cell in zip(names, stated, strict=True):
+        if measure(cell)[0]:
+            _state(table, f"line {rows[0][0]}", name, cell)
+    return rows[1:]
+
+
+def _obey_unit_in_cells(table, name):
+    """Take the unit that stands in every cell of a column for the column's."""
+    found = [re.fullmatch(rf"({NUMBER}(?:[eE][-+]?\d+)?)\s*(\D.*)", each.translate(MINUS)) for each in table[name]]
+    units = {each[2] for each in found if each}
+    if None not in found and len(units) == 1 and measure(unit := units.pop())[0]:
+        _state(table, f"line {table.lines[0]}", name, unit)
+        table[name] = [each[1] for each in found]
+
+
+def _state(table, where, name, unit):
+    """Note the unit of a column; a second one that differs is refused."""
+    before = table.settings.setdefault(f"unit {name}", unit)
+    if measure(before) != measure(unit):
+        raise InputError(f"{table.path}, {where}, column {name!r}", f"the unit {before}, as its name has it", unit)
 
 
 def _text(path):
@@ -327,19 +320,14 @@ def _text(path):
     raise InputError(f"{path}, line {line}", "text in UTF-8 or GBK", "other bytes")
 
 
-def _split(cell):
-    """A column's name and the unit in brackets behind it."""
-    return re.fullmatch(r"(.*?)\s*(?:[(\[（](.*)[)\]）])?", cell).groups()
-
-
-def _check_names(table, cells, columns, wanted, words):
-    """The names of the columns; a unit in brackets behind a name goes to the settings."""
+def _check_names(table, cells, columns, known):
+    """The names of the columns; a unit behind a name goes to the settings."""
     while cells and not cells[-1]:  # commas at the ends of lines
         cells.pop()
-    names = []
+    names, wanted = [], known.wanted
     for cell in cells:
-        name, unit = _split(cell)
-        name = name if name in wanted else words.get(name.casefold(), name)
+        name, unit = known.find(cell)
+        name = name or bracket(cell)[0]
         if unit:
             table.settings[f"unit {name}"] = unit
         names.append(name)
@@ -349,7 +337,7 @@ def _check_names(table, cells, columns, wanted, words):
     for name in names:
         if names.count(name) > 1:
             table.refuse("every column once", f"{name!r} {names.count(name)} times")
-        if name not in wanted and name.casefold() not in ASIDE:
+        if name and name not in wanted and not is_aside(name):
             others = ", ".join(wanted[:SHOWN]) + ", …" * (len(wanted) > SHOWN)
             table.refuse(f"no columns but {others}", repr(name))
     if not any(name in wanted for name in names):
@@ -360,7 +348,7 @@ def _check_names(table, cells, columns, wanted, words):
 def _number(table, row, name, commas):
     entry = table[name][row]
     try:
-        number = float((entry.replace(",", ".") if commas else entry).replace("−", "-"))
+        number = float((entry.replace(",", ".") if commas else entry).translate(MINUS))
     except ValueError:
         number = math.nan
     if not math.isfinite(number):

@@ -48,6 +48,43 @@ def _with(name, values):
     )
 
 
+def _named(change):
+    """The columns' names changed, the word for each being `change` of it."""
+    return _form(lambda head, names, rows: (head, [change(name) for name in names], rows))
+
+
+def _letters(name):
+    """A name as a person may write it: a letter with a word, a deviation, a run by its direction."""
+    words = {"up": "forward ", "down": "reverse "}
+    if re.fullmatch(r"e[xyz]", name):
+        return "Δ" + name[1].upper()
+    if found := re.fullmatch(r"(up|down)(\d)", name):
+        return words[found[1]] + found[2]
+    return f"{name}-axis" if name in ("A", "C") else name
+
+
+def _markdown(content):
+    """Settings as they are, the table as Markdown writes it."""
+    lines = content.splitlines()
+    return "".join(f"{x}\n" if x.startswith("#") else f"| {x.replace(',', ' | ')} |\n" for x in lines)
+
+
+def _marked(row):
+    """A row with a degree sign behind its first cell."""
+    return [row[0] + "°", *row[1:]]
+
+
+def _below(unit):
+    """The unit in a line below the names, not in a comment."""
+
+    def change(head, names, rows):
+        said = ["°" if n < 1 or name in ("A", "C") else "mm" for n, name in enumerate(names)]
+        said = [unit if re.match(r"up|down", name) else each for name, each in zip(names, said, strict=True)]
+        return [line for line in head if "unit" not in line], names, [said, *rows]
+
+    return _form(change)
+
+
 FORMS = {  # what is done to the file, and what must come of it: "right", or "said"
     "commas at the ends": (_form(lambda h, n, r: (h, [*n, ""], [[*row, ""] for row in r])), "right"),
     "commas behind the rows": (_form(lambda h, n, r: (h, n, [[*row, "", ""] for row in r])), "right"),
@@ -64,6 +101,28 @@ FORMS = {  # what is done to the file, and what must come of it: "right", or "sa
     "great letters": (_form(lambda h, n, r: (h, [x.upper() for x in n], r)), "right"),
     "Windows": (lambda c: c.replace("\n", "\r\n"), "right"),
     "blank lines": (lambda c: c.replace("\n", "\n\n"), "right"),
+    "words for letters": (_named(_letters), "right"),
+    "units in a line below": (_below("arcsec"), "right"),
+    "degree signs": (_form(lambda h, n, r: (h, n, [_marked(row) for row in r])), "right"),
+    "blanks between": (lambda c: "\n".join(re.sub(",", "   ", line) for line in c.splitlines()) + "\n", "right"),
+    "bars between": (_form(lambda h, n, r: (h, ["|" + n[0], *n[1:]], r)), "said"),
+    "a markdown table": (_markdown, "right"),
+    "dashes for minus": (lambda c: re.sub(r",-", ",–", c), "right"),
+    "a column without a name": (
+        _form(lambda h, n, r: (h, ["", *n], [[str(k), *row] for k, row in enumerate(r)])),
+        "right",
+    ),
+    "a number more than names": (
+        _form(lambda h, n, r: (h, n, [[str(k), *row] for k, row in enumerate(r)])),
+        "said",
+    ),
+    "quotes around settings": (lambda c: re.sub(r"= (\S+)", r'= "\1"', c), "right"),
+    "comments after %": (lambda c: c.replace("# ", "% "), "right"),
+    "remarks behind rows": (lambda c: c.replace("\n25,", "   # dust?\n25,", 1), "right"),
+    "the names again": (_form(lambda h, n, r: (h, n, [*r[:8], n, *r[8:]])), "right"),
+    "the file twice": (lambda c: c + c, "said"),
+    "only names": (_form(lambda h, n, r: (h, n, [])), "said"),
+    "names and units": (_form(lambda h, n, r: (h, n, [["mm"] * len(n)])), "said"),
     "cut inside the last number": (lambda c: c[:-3], "said"),
     "cut inside the last row": (lambda c: c[:-1].rpartition(",")[0], "said"),
     "every row twice": (_form(lambda h, n, r: (h, n, [row for row in r for _ in range(2)])), "said"),
