@@ -8,10 +8,10 @@ import tomlkit
 from mathpost.compensate.calibrate import Calibration, columns
 from mathpost.compensate.model import SQUARENESS, fingerprint
 from mathpost.compensate.terms import terms
+from mathpost.controls import compensation_table
 from mathpost.errors import InputError, OutputError
 from mathpost.files import read_text, write_text
 from mathpost.machine import find
-from mathpost.measure import control_table
 from mathpost.toml_table import read_toml
 
 
@@ -99,12 +99,12 @@ def control_tables(calibration: Calibration) -> tuple[dict[str, str], list[str]]
         curve = each.curve(each.value)
         step = 360 / len(each.at) if each.endless else np.ptp(each.at) / (len(each.at) - 1)
         unit = np.rad2deg(1) if each.joint > 2 else 1.0
-        files[f"siemens_{name.lower()}.ini"] = control_table.siemens(name, step, curve, unit=unit)
+        files[f"siemens_{name.lower()}.ini"] = compensation_table.siemens(name, step, curve, unit=unit)
         try:
-            files[f"fanuc_{name.lower()}.txt"] = control_table.fanuc(each.joint + 1, step, curve, unit=unit)
+            files[f"fanuc_{name.lower()}.txt"] = compensation_table.fanuc(each.joint + 1, step, curve, unit=unit)
         except InputError as error:
             notes.append(f"no table for Fanuc, {name}: {error}")
     if files:
-        notes.append(control_table.HEIDENHAIN)
+        notes.append(compensation_table.HEIDENHAIN)
         notes.append("positioning: enter a table in the control, or use errors.toml for programs; never both")
     return files, notes

@@ -1,44 +1,18 @@
 """What of a calibration goes where in a control, with its uncertainty, and in which order that is safe.
 
-Sources: Heidenhain's kinematics table (iTNC 530: Trans and MachAxis) and KinematicsOpt (cycle programming manual,
-340 49x-05); Siemens' TRAORI (840D: MD24500 and so on) and the swivel data of CYCLE800, whose vectors are those of
-TRAORI (commissioning manual 12/2017, 6FC5397-1DP40-6BA1, 21.7); Fanuc's tool centre point control (30i: 19700 and
-so on); LinuxCNC's xyzac-trt-kins and xyzbc-trt-kins, 2.8. Haas' numbers of settings were not to be had: by name.
+What each control wants, and what that rests on, is in its file in data/controls. What is said of KinematicsOpt is
+from Heidenhain's cycle programming manual, 340 49x-05.
 """
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from mathpost.compensate.calibrate import SMALL
+from mathpost.controls import control
 from mathpost.measure.fit import Value
 from mathpost.rotation import unit
 
-NUMBERS = {"table-table": (40, 12), "head-head": (24, 2), "head-table": (56, 21)}  # MD24100, parameter 19680
-# The vectors that belong to them, with `_entries`' arguments; a table comes before a head. Behind the machine data
-# stands the first of three $TC_CARR of the same vector.
-SIEMENS = {
-    "table-table": [
-        ("24550 BASE_TOOL 4", 0),
-        ("24558 JOINT_OFFSET_PART 15", 1, 0),
-        ("24500 PART_OFFSET 18", 1, None, -1),
-    ],
-    "head-head": [("24500 PART_OFFSET 1", 0), ("24560 JOINT_OFFSET 4", 1, 0), ("24550 BASE_TOOL 15", 1, None, -1)],
-    "head-table": [
-        ("24560 JOINT_OFFSET 1", 1),
-        ("24550 BASE_TOOL 4", 1, None, -1),
-        ("24558 JOINT_OFFSET_PART 15", 0),
-        ("24500 PART_OFFSET 18", 0, None, -1),
-    ],
-}
-CARR = {"table-table": "P", "head-head": "T", "head-table": "M"}  # $TC_CARR23
-TABLE, HEAD = "19700 + {}, rotary table position", "19709 + {}, tool axis at the nose to its rotary axis"
-FANUC = {
-    "table-table": [(TABLE, 0), ("19703 + {}, first to second axis of the table", 1, 0)],
-    "head-head": [(HEAD, 1), ("19712 + {}, second to first axis of the tool", 0, 1)],
-    "head-table": [(TABLE, 0), (HEAD, 1)],
-}
 ORDER = """\
 In this order, which keeps the machine safe:
   1. Back up the control's data, and write down the old numbers beside the new ones.
@@ -54,8 +28,14 @@ def terms(calibration):
     """Return what goes where in the controls, line by line with U, as text: mm, degrees, machine coordinates."""
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
     nominal = calibration.nominal
-    found = iter(calibration.of(lambda machine: [n for _, rows in _entries(nominal, machine) for _, n in rows]))
-    for title, rows in _entries(nominal, nominal):
+    stated = (group for name in control.names() for group in control.load(name).geometry if group.fits(nominal))
+    groups = list(dict.fromkeys(stated))  # a control may inherit them from another one
+
+    def entered(machine):
+        return [number for _, rows in _entries(nominal, machine, groups) for _, number in rows]
+
+    found = iter(calibration.of(entered))
+    for title, rows in _entries(nominal, nominal, groups):
         lines.append(title)
         for (words, _), each in zip(rows, found, strict=False):
             lines.append(_line(words, each if each.U > 1e-9 else each.value))
@@ -93,18 +73,13 @@ def _line(words, value):
     return f"  {words:52s} {found} (k {value.k:.2f}, {value.free})"
 
 
-def _entries(nominal, machine):
-    """Yield titles with rows, words and a number: what the controls want of `machine`, which was `nominal`."""
+def _entries(nominal, machine, groups):
+    """Yield titles with rows, words and a number: what is entered of `machine`, which was `nominal`."""
     heads = [n for n, each in enumerate(nominal.rotary) if each.carries == "tool"]
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]
-    names, kind = [each.name for each in nominal.rotary], nominal.arrangement
+    names = [each.name for each in nominal.rotary]
     points = [np.array(each.point) for each in machine.rotary]
     first, second = (unit(each.axis) for each in nominal.rotary)
-
-    def vector(words, index, other=None, sign=1, labels=range(3)):
-        """Where an axis is, from the zero or the spindle nose, or from another axis."""
-        place = sign * (points[index] - (0 if other is None else points[other]))
-        return [(words.format(label), number) for label, number in zip(labels, place, strict=True)]
 
     tool = unit(nominal.tool_axis)
     for index in heads:
@@ -125,59 +100,5 @@ def _entries(nominal, machine):
         letters = [letter for letter, share in zip("XYZ", normal, strict=True) if abs(share) > 1 - SMALL]
         label = f"{names[0]} to {names[1]}, {f'in {letters[0]}' if letters else 'square to both'}"
         yield "distance of the axes (source 001, section 6, 2)", [(label, (points[1] - points[0]) @ normal)]
-
-    rows = []
-    for chain in ([None, *reversed(heads)], [None, *tables]):  # each axis from the one before it
-        for before, index in pairwise(chain):
-            rows += vector(f"Trans {{}} before MachAxis {names[index]}", index, before, labels="XYZ")
-    yield "Heidenhain, kinematics table (KEY AXIS COORD), vectors of the centres from spindle to workpiece", rows
-
-    siemens, fanuc = NUMBERS[kind]
-    rows, carrier = [], []
-    for words, *which in SIEMENS[kind]:
-        parameter, name, start = words.split()
-        rows += vector(f"MD{parameter} $MC_TRAFO5_{name}_1[{{}}]", *which)
-        carrier += vector("$TC_CARR{}[n]", *which, labels=range(int(start), int(start) + 3))
-    for place, index in enumerate((1, 0) if kind == "head-table" else (0, 1)):
-        sign = -1 if nominal.rotary[index].carries == "workpiece" else 1  # a table's axis is entered reversed
-        axis = [sign * number for number in machine.rotary[index].axis]
-        words = f"MD{24570 + 2 * place} $MC_TRAFO5_AXIS{1 + place}_1"
-        rows += [(f"{words}[{n}]", number) for n, number in enumerate(axis)]
-        carrier += [(f"$TC_CARR{7 + 3 * place + n}[n]", number) for n, number in enumerate(axis)]
-    yield f"Siemens, TRAORI, MD24100 $MC_TRAFO_TYPE_1 = {siemens}", rows
-    yield (
-        f'Siemens, CYCLE800, swivel data n: $TC_CARR23[n] = "{CARR[kind]}"; the same vectors, which must agree',
-        carrier,
-    )
-
-    rows = [row for words, *which in FANUC[kind] for row in vector(words, *which)]
-    yield (
-        f"Fanuc, tool centre point control, 19680 = {fanuc}, 19666 = 0; the place of a table also stands in the "
-        "parameters of rotary table dynamic fixture offset, if that is fitted, and must be the same there",
-        rows,
-    )
-    if tables:
-        rows = [row for n in tables for row in vector(f"rotary zero point of {names[n]}, {{}}", n, labels="XYZ")]
-        yield (
-            "Haas, machine rotary zero point (MRZP offsets in the settings), machine coordinates at rotary zero",
-            rows,
-        )
-    yield from _linuxcnc(names, points, kind)
-
-
-def _linuxcnc(names, points, kind):
-    """The parameters of xyzac-trt-kins and xyzbc-trt-kins: C, and how far A or B passes beside it."""
-    if kind != "table-table" or names[1] != "C" or names[0] not in "AB":
-        return
-    module, along = f"xyz{names[0].lower()}c-trt-kins", {"A": "y", "B": "x"}[names[0]]
-    (tilt, turn), beside = points, "xyz".index({"A": "y", "B": "x"}[names[0]])
-    yield (
-        f"LinuxCNC, {module}: setp in the HAL file; tool-offset from motion.tooloffset.z; no tilts",
-        [
-            (f"{module}.x-rot-point", turn[0]),
-            (f"{module}.y-rot-point", turn[1]),
-            (f"{module}.z-rot-point", turn[2]),
-            (f"{module}.{along}-offset", tilt[beside] - turn[beside]),
-            (f"{module}.z-offset", tilt[2] - turn[2]),
-        ],
-    )
+    for group in groups:
+        yield group.title, group.numbers(machine)

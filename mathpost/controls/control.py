@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 from mathpost.controls.coordinates import POSITIONING
+from mathpost.controls.geometry import Group, geometry_of
 from mathpost.controls.meanings import MEANINGS
 from mathpost.controls.phrases import Arcs, Cycles, Tilted, arcs_of, cycles_of, tilted_of
 from mathpost.errors import NUMBER, InputError
@@ -83,6 +84,7 @@ class Control:
     arcs: Arcs | None  # words for arcs,
     cycles: Cycles | None  # for drilling cycles
     tilted: Tilted | None  # and for tilted planes
+    geometry: tuple[Group, ...]  # where the geometry of a machine is entered
 
     @property
     def modal(self) -> bool:
@@ -308,6 +310,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         arcs=arcs_of(file),
         cycles=cycles_of(file),
         tilted=tilted_of(file, tuple(NOTATIONS)),
+        geometry=geometry_of(file),
     )
     for table in (file, program, blocks, motion, commands, read, replaced):
         table.done()

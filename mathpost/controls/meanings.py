@@ -9,9 +9,8 @@ import re
 
 import numpy as np
 
-from mathpost.controls import curves
+from mathpost.controls import curves, plane_blocks
 from mathpost.controls.curves import PLANES
-from mathpost.plane import blocks as plane_blocks
 
 
 def _time(reader, *, inverse=False, per_turn=False):

@@ -1,5 +1,6 @@
 """One tilted working plane: in every control's words, turned to by a machine, and where a control goes for it.
 
-Read `tilted_plane` first (the plane in every notation), `blocks` (as NC text), then `positioning` (both positions
-of the rotary axes, the third angle, and the position that Fanuc, Heidenhain and Siemens take).
+Read `tilted_plane` first (the plane in every notation), then `positioning` (both positions of the rotary axes, the
+third angle, and the position that Fanuc, Heidenhain and Siemens take). `mathpost.controls.plane_blocks` writes a
+plane as NC text and reads it back.
 """

@@ -6,12 +6,12 @@ takes this very position for it: then nothing turns, and the moves that follow a
 
 import numpy as np
 
+from mathpost.controls import plane_blocks
 from mathpost.controls.blocks import printed
 from mathpost.errors import MathpostError
 from mathpost.frame import Frame
 from mathpost.path.modal import Command
 from mathpost.path.pieces import Hole
-from mathpost.plane import blocks as plane_blocks
 from mathpost.plane import positioning
 from mathpost.plane.tilted_plane import Plane
 from mathpost.post.draft import Draft

@@ -8,10 +8,11 @@ import numpy as np
 
 from mathpost import euler, machine
 from mathpost.chain import machine_frames
+from mathpost.controls import plane_blocks
 from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
-from mathpost.plane import blocks, pose, positioning
+from mathpost.plane import pose, positioning
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import wrap
 from mathpost.shell.options import FILE, JSON, PRESENT, THREE, count_of, named, plain
@@ -79,7 +80,7 @@ def _read(options):
         text = " ".join(options.words).upper()
         if not text.startswith("CYCLE"):  # a decimal comma
             text = re.sub(r"(?<=\d),(?=\d)", ".", text)
-        plane = blocks.from_text(text, keep=options.keep)
+        plane = plane_blocks.from_text(text, keep=options.keep)
         return plane if origin is None else Plane(plane.notation, plane.values, origin, plane.keep)
     if options.point:
         if len(options.point) != 3:
@@ -107,7 +108,7 @@ def _words(plane):
     found = {}
     for notation in NOTATIONS:
         written = plane.to(notation)
-        found[notation] = {"block": blocks.to_text(written), "note": written.note}
+        found[notation] = {"block": plane_blocks.to_text(written), "note": written.note}
     return found
 
 

@@ -27,6 +27,7 @@ foot = ["M30"]
 number = "none"
 decimals = 3
 """
+GROUP = '[[geometry]]\ntitle = "P"\narrangement = "table-table"\n'
 MACHINES = ["ac_table", "dmu50v", "head_b_table_c", "nutating_head"]
 
 
@@ -75,6 +76,12 @@ def test_other_controls_through_the_independent_reader(name, dialect, tcp):
         ('[motion]\nturning_feed = "fast"', r"line 1\d, \[motion\], key 'turning_feed': expected .* found 'fast'"),
         ('[commands]\n"tool" = ["T{number}"]', r"line 1\d, \[commands\], key 'tool': expected .*only"),
         ('[read]\nG7 = "fly"', r"line 1\d, \[read\], key 'G7': expected"),
+        (
+            '[[geometry]]\ntitle = "P"\narrangement = "table"',
+            r"\[\[geometry\]\] 1, key 'arrangement': expected \"table-table",
+        ),
+        (GROUP + 'rows = [["P1", "third"]]', r"key 'rows': expected .*second - first.*found \['P1', 'third'\]"),
+        (GROUP + 'rows = [["P1", "first", "A"]]', r"key 'rows': expected .*found \['P1', 'first', 'A'\]"),
         ('[commands]\n"jump" = ["G8"]', r"line 1\d, \[commands\], key 'jump': expected no such key"),
     ],
 )
@@ -127,3 +134,19 @@ def test_the_number_of_a_program_is_the_one_in_its_name():
     blade = cldata.read(DATA / "cl/blade.cl")
     for name, number in (("blade", "O0001"), ("part 4711", "O4711"), ("7", "O0007")):
         assert number in post.run(blade, machine.load("dmu50v"), dialect="fanuc", name=name).program
+
+
+@pytest.mark.parametrize("name", [*MACHINES, "ac_head", "bc_table", "nutating_head_table"])
+def test_the_vectors_of_traori_lead_around_the_machine(name):
+    """From the zero to the axes of the table and back, from the spindle nose to those of the head and back."""
+    data = machine.load(name)
+    groups = [group for group in control.load("siemens").geometry if group.fits(data)]
+    assert len(groups) == 2
+    for group in groups:
+        vectors = np.reshape([number for _, number in group.numbers(data)], (-1, 3))
+        np.testing.assert_allclose(vectors[:-2].sum(axis=0), 0, atol=1e-12)
+        for direction, rotary in zip(
+            vectors[-2:], sorted(data.rotary, key=lambda each: each.carries), strict=False
+        ):
+            expected = np.array(rotary.axis) / np.linalg.norm(rotary.axis)
+            np.testing.assert_allclose(direction, -expected if rotary.carries == "workpiece" else expected)

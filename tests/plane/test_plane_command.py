@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost.plane import blocks
+from mathpost.controls import plane_blocks
 from mathpost.shell.main import main
 
 BETA = "54.7356103172"
@@ -37,7 +37,7 @@ def test_every_way_to_say_a_plane(way, capsys):
     found = answered(capsys, *WAYS[way])
     np.testing.assert_allclose(np.transpose([found["x"], found["y"], found["z"]]), SOURCE, atol=1e-9)
     for notation, words in found["words"].items():  # read back from the text, to its four decimals
-        back = blocks.from_text(words["block"])
+        back = plane_blocks.from_text(words["block"])
         assert back.notation == notation
         np.testing.assert_allclose(back.frame.rotation, SOURCE, atol=2e-6)
 

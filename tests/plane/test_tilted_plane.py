@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import euler
+from mathpost.controls import plane_blocks
 from mathpost.errors import InputError
 from mathpost.frame import Frame
-from mathpost.plane import blocks
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
 
 BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
@@ -149,7 +149,7 @@ def test_written_blocks_read_back(notation, frames):
     for index in range(0, len(frames.rotation), 97):
         frame = Frame(frames.rotation[index], frames.origin[index])
         plane = Plane.from_frame(frame, notation)
-        read = blocks.from_text(blocks.to_text(plane, decimals=9))
+        read = plane_blocks.from_text(plane_blocks.to_text(plane, decimals=9))
         assert read.notation == notation
         tolerance = 2e-7 if notation == "PLANE VECTOR" else 1e-9
         np.testing.assert_allclose(read.frame.rotation, frame.rotation, atol=tolerance)
@@ -173,24 +173,24 @@ def test_written_blocks_read_back(notation, frames):
     ],
 )
 def test_blocks(notation, block):
-    assert blocks.to_text(SOURCE.to(notation)) == block
+    assert plane_blocks.to_text(SOURCE.to(notation)) == block
 
 
 @pytest.mark.parametrize(
     ("order", "mode"), [("XYZ", 57), ("ZYX", 27), ("ZXY", 39), ("XZY", 45), ("YXZ", 54), ("YZX", 30)]
 )
 def test_mode_byte(order, mode):
-    assert blocks.to_text(Plane(f"CYCLE800 {order}", [1, 2, 3])).split(",")[3] == str(mode)
+    assert plane_blocks.to_text(Plane(f"CYCLE800 {order}", [1, 2, 3])).split(",")[3] == str(mode)
 
 
 def test_rest_of_a_solid_angle_is_a_turn_of_its_own():
-    text = blocks.to_text(Plane("CYCLE800 solid", [45, 30, -15]))
+    text = plane_blocks.to_text(Plane("CYCLE800 solid", [45, 30, -15]))
     assert text.splitlines()[1] == "AROT Z-15"
-    np.testing.assert_allclose(blocks.from_text(text).values, [45, 30, -15])
+    np.testing.assert_allclose(plane_blocks.from_text(text).values, [45, 30, -15])
 
 
 def test_swivel_cycle_moves_its_origin_along_the_turned_axes():
-    plane = blocks.from_text('N10 CYCLE800(1,"",100000,57,10,0,0,0,0,90,5,0,0,-1,100,1)')
+    plane = plane_blocks.from_text('N10 CYCLE800(1,"",100000,57,10,0,0,0,0,90,5,0,0,-1,100,1)')
     np.testing.assert_allclose(plane.origin, [10, 5, 0], atol=1e-15)
 
 
@@ -214,4 +214,4 @@ def test_swivel_cycle_moves_its_origin_along_the_turned_axes():
 )
 def test_bad_blocks(text, message):
     with pytest.raises(InputError, match=message):
-        blocks.from_text(text)
+        plane_blocks.from_text(text)
