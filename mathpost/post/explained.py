@@ -207,9 +207,10 @@ def _edits(case, off) -> Iterator[str]:
         for match in word.finditer(texts[line - 1]):
             group = match.lastindex or 1
             axis, found = group - 1, match[group]
-            for other in _alike(found):
-                if not _near(case, block, axis, float(other) - float(found), off):
-                    continue
+            others = _alike(found)
+            steps = np.array([float(other) for other in others]) - float(found)
+            for index in np.flatnonzero(_near(case, block, axis, steps, off)):
+                other = others[index]
                 start, end = match.span(group)
                 changed = [*texts]
                 changed[line - 1] = texts[line - 1][:start] + other + texts[line - 1][end:]
@@ -221,29 +222,25 @@ def _edits(case, off) -> Iterator[str]:
                     yield f"line {line}: {match[0]} stands where {names[axis]}{other} would be right"
 
 
-def _near(case, block, axis, step, off):
-    """Whether a block with one word changed would be on the CL path near the place where it should be."""
-    words = case.words[block].copy()
-    words[axis] += step
-    kin = case.kin[block]
-    tip, tool = kin.forward(words, degrees=True)
-    tip = words[:3] if case.tcp[block] else tip
-    first = max(int(off.record) - 3, 0)
-    points, directions = case.cl.points[first : first + 8], case.cl.axes[first : first + 8]
-    if len(points) < 2:
-        points, directions = np.repeat(points, 2, axis=0), np.repeat(directions, 2, axis=0)
-    place = along(
-        tip[None], tool[None], case.cl.part(first, first + len(points)), tip=case.tip, axis=case.axis
-    ).place
-    if not np.isnan(place[0]):
-        return True
-    ends = np.linspace(0, 1, 65)[:, None, None]
-    on = points[:-1] + ends * np.diff(points, axis=0)
-    leans = directions[:-1] + ends * np.diff(directions, axis=0)
-    leans /= np.linalg.norm(leans, axis=-1, keepdims=True)
-    spacing = np.linalg.norm(np.diff(points, axis=0), axis=1).max() / 128
-    near = np.linalg.norm(on - tip, axis=-1) <= case.tip + spacing
-    return bool((near & (np.linalg.norm(leans - tool, axis=-1) <= 2 * case.axis)).any())
+def _near(case, block, axis, steps, off):
+    """Which steps of one word would bring a block near the CL path, about the place where it should be.
+
+    Where the program ends too soon that is the last record. The path is taken at points; half their spacing is
+    added to the tolerances, so that none is missed.
+    """
+    words = np.repeat(case.words[block][None], len(steps), axis=0)
+    words[:, axis] += steps
+    tips, tools = case.kin[block].forward(words, degrees=True)
+    tips = words[:, :3] if case.tcp[block] else tips
+    last = len(case.cl) - 1
+    first = last if off.what == "end" else max(int(off.record) - 3, 0)
+    places = np.linspace(first, min(first + 7, last), 64 * (min(first + 7, last) - first) + 1)
+    points, directions = case.cl.at(places)
+    near = np.ones((len(steps), len(points)), bool)
+    for found, path, tolerance in ((tips, points, case.tip), (tools, directions, case.axis)):
+        spacing = np.linalg.norm(np.diff(path, axis=0), axis=1).max(initial=0)
+        near &= np.linalg.norm(found[:, None] - path, axis=-1) <= tolerance + spacing / 2
+    return near.any(axis=1)
 
 
 def _alike(number):

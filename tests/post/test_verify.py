@@ -66,6 +66,19 @@ def test_a_program_that_ends_too_soon():
     assert "ends before" in " ".join(judged.explained)
 
 
+def test_a_digit_lost_in_the_last_block_of_a_straight_path(tmp_path, capsys):
+    """The program ends too soon, and the word that is wrong is named as well."""
+    path, program = tmp_path / "part.cl", tmp_path / "part.nc"
+    path.write_text("FEDRAT/500\nGOTO/0,0,0,0,0,1\nGOTO/50,0,0,0,0,1\nGOTO/175,0,0,0,0,1\n")
+    words = ["--machine", "ac_table", "--dialect", "fanuc"]
+    assert main(["post", str(path), *words, "-o", str(program)]) == 0
+    program.write_text(program.read_text().replace("X175.", "X75."))
+    assert main(["verify", str(program), *words, "--cl", str(path)]) == 1
+    said = capsys.readouterr().out
+    assert "the program ends before record 3 of 3" in said
+    assert "X75.0000 stands where X175.0000 would be right" in said
+
+
 def test_a_machine_with_one_rotary_axis(tmp_path, capsys):
     """Its programs agree, and a reversed axis is named."""
     path, program = tmp_path / "part.cl", tmp_path / "part.h"
