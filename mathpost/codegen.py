@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING
 
 import sympy as sp
@@ -16,6 +18,7 @@ from sympy.printing.jscode import JavascriptCodePrinter
 
 from mathpost import chain
 from mathpost.errors import InputError
+from mathpost.files import read_text
 from mathpost.formula import shared
 from mathpost.kinematics import ABOVE, AT_POLE, BELOW, PRINTED, REACH_TOLERANCE, solved
 
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
 
 LANGUAGES = ("latex", "js", "c")
+TEMPLATES = Path(__file__).parent / "codegen_templates"  # what calls the printed functions, by language
 
 
 def function(
@@ -117,17 +121,17 @@ def body(kin: Kinematics, *, jacobian: bool = True) -> str:
 
 
 def _printed(kin, language, jacobian=True):
-    """All functions of a machine in one language, the inverse made of them by hand."""
+    """All functions of a machine in one language, and the inverse, which calls them."""
     functions = "\n\n".join(
         function(name, outputs, arguments, language, *named)
         for name, (outputs, arguments, *named) in _functions(kin, jacobian).items()
     )
-    templates = {"js": (_JS_INVERSE, _JS_INVERSE_OF_ONE), "c": (_C_INVERSE, _C_INVERSE_OF_ONE)}
-    inverse = templates[language][kin.tool_side is None]
-    inverse = inverse.format(
+    inverse = "inverse_of_one" if kin.tool_side is None else "inverse"
+    template = Template(read_text(TEMPLATES / f"{inverse}.{language}"))
+    filled = template.substitute(
         workpiece_side=kin.workpiece_side, tolerance=REACH_TOLERANCE, printed=PRINTED, pole=AT_POLE
     )
-    return f"{functions}\n{inverse}"
+    return f"{functions}\n\n{filled}"
 
 
 def _functions(kin, jacobian=True):
@@ -174,72 +178,6 @@ def _header(kin):
     )
 
 
-_JS_INVERSE = """
-const close = (tip, rotary) => close_loop([...tip, ...rotary]);
-const half_turn = (a) => a > Math.PI ? a - 2 * Math.PI : a <= -Math.PI ? a + 2 * Math.PI : a;
-
-function inverse(tip, axis) {{
-    const n = axis.map((x) => x / Math.hypot(...axis)), [below, above] = reach(n);
-    if (!(below >= -{tolerance} && above >= -{tolerance})) return null;
-    const found = solve([...tip, ...n, Math.max(below, 0), Math.max(above, 0)]);
-    return [found.slice(0, 6), found.slice(6)].map(([x, y, z, first, second, squared]) => {{
-        const rotary = [half_turn(first), half_turn(second)];
-        if (squared >= {pole}) return [x, y, z, ...rotary];
-        rotary[{workpiece_side} - 3] = 0;
-        return [...close(tip, rotary), ...rotary];
-    }});
-}}
-"""
-_C_INVERSE = """
-int inverse(const double tip[3], const double axis[3], double q[2][5]) {{
-    const double pi = 3.14159265358979323846, length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
-    double pose[8] = {{tip[0], tip[1], tip[2], axis[0]/length, axis[1]/length, axis[2]/length, 0, 0}}, found[12];
-    reach(pose + 3, pose + 6);
-    if (!(pose[6] >= -{tolerance} && pose[7] >= -{tolerance})) return 0;
-    pose[6] = fmax(pose[6], 0);
-    pose[7] = fmax(pose[7], 0);
-    solve(pose, found);
-    for (int branch = 0; branch < 2; branch++) {{
-        const double *const solution = found + 6*branch;
-        double *const joints = q[branch];
-        for (int joint = 0; joint < 5; joint++) joints[joint] = solution[joint];
-        for (int joint = 3; joint < 5; joint++)
-            joints[joint] += joints[joint] > pi ? -2*pi : joints[joint] <= -pi ? 2*pi : 0;
-        if (!(solution[5] < {pole})) continue;
-        joints[{workpiece_side}] = 0;
-        const double closing[5] = {{tip[0], tip[1], tip[2], joints[3], joints[4]}};
-        close_loop(closing, joints);
-    }}
-    return 2;
-}}
-"""
-_JS_INVERSE_OF_ONE = """
-const close = (tip, rotary) => close_loop([...tip, ...rotary]);
-
-function inverse(tip, axis) {{
-    const n = axis.map((x) => x / Math.hypot(...axis)), [x, y, z, angle, squared] = solve([...tip, ...n]);
-    const turned = squared < {pole} ? 0 : angle <= -Math.PI ? Math.PI : angle;
-    const q = [...close(tip, [turned]), turned], made = forward(q);
-    return Math.hypot(made[3] - n[0], made[4] - n[1], made[5] - n[2]) <= {printed} ? [q] : null;
-}}
-"""
-_C_INVERSE_OF_ONE = """
-int inverse(const double tip[3], const double axis[3], double q[1][4]) {{
-    const double pi = 3.14159265358979323846, length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
-    const double pose[8] = {{tip[0], tip[1], tip[2], axis[0]/length, axis[1]/length, axis[2]/length, 0, 0}};
-    double found[5], made[6];
-    solve(pose, found);
-    const double angle = found[4] < {pole} ? 0 : found[3] <= -pi ? pi : found[3];
-    const double closing[4] = {{tip[0], tip[1], tip[2], angle}};
-    q[0][3] = angle;
-    close_loop(closing, q[0]);
-    forward(q[0], made);
-    const double x = made[3] - pose[3], y = made[4] - pose[4], z = made[5] - pose[5];
-    return sqrt(x*x + y*y + z*z) <= {printed};
-}}
-"""
-
-
 def _latex(kin):
     """An article: the links, the pose with its Jacobian, and the inverse; each section with its own s and t."""
     derived, functions = kin.inverse_symbolic, _functions(kin)
@@ -258,7 +196,7 @@ def _latex(kin):
         f"Inverse: {first}{derived.workpiece_side}, then X Y Z": inverse,
     }
     name = _title(kin).encode("ascii", "ignore").decode()
-    lines = [f"% {name}. Printed by mathpost from its symbolic derivation.", _LATEX]
+    lines = [f"% {name}. Printed by mathpost from its symbolic derivation.", read_text(TEMPLATES / "article.tex")]
     beyond = (
         "Out of reach where an $r$ is negative."
         if tool_side
@@ -273,17 +211,6 @@ def _latex(kin):
 def _tex(expression):
     written = sp.latex(expression, fold_func_brackets=True, symbol_names={BELOW: "r_{-}", ABOVE: "r_{+}"})
     return written.replace(r"\operatorname{atan}_{2}", r"\operatorname{atan2}")
-
-
-# Formulas one after the other, as words in a text; what is wider than a line is made smaller.
-_LATEX = r"""\documentclass{article}
-\usepackage{amsmath, graphicx}
-\usepackage[a4paper, margin=20mm]{geometry}
-\newcommand{\fit}[1]{\sbox0{$\displaystyle #1$}\mbox{\ifdim\wd0>\linewidth
-  \resizebox{\linewidth}{!}{\usebox0}\else\usebox0\fi}\hspace{2em}}
-\begin{document}
-\raggedright\setlength{\parindent}{0pt}\setlength{\lineskip}{4pt}\setlength{\lineskiplimit}{4pt}
-"""
 
 
 def _shared(names, outputs, letter="t"):
