@@ -14,6 +14,8 @@ import pytest
 
 from mathpost import machine
 from mathpost.course import machine_page, view_machine, view_path
+from mathpost.draw.part import Part
+from mathpost.draw.solid import ring
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
@@ -452,6 +454,23 @@ def test_a_long_walk_is_exact_at_every_record(offline, dmu50v, tmp_path):
     view = Live(offline)
     view.set("record", 2345)
     assert "tip 0.0000 mm and axis 0.000° off" in view.said() and not offline.errors
+
+
+def test_a_walk_says_where_the_tool_is_in_a_part(offline, dmu50v, blade, tmp_path):
+    """Nothing of the path is drawn before it is walked; the depth is that of the tool as it is sampled."""
+    pillar = Part([ring([20, 55, height], [0, 0, 1], 10, 72) for height in (0, 100)], 3.0)
+    walk = view_machine.walk(dmu50v, blade, start=2.0, part=pillar)
+    (tmp_path / "walk.html").write_text(walk.page(still=True), encoding="utf-8")
+    offline.goto((tmp_path / "walk.html").as_uri())
+    view = Live(offline)
+    assert "in the part" not in view.said()
+    depth = walk.state["runs"][0]["depth"]
+    into = next(number for number, deep in enumerate(depth) if deep > 0.01)
+    view.set("record", 1 + into / 24)
+    assert f"the tool is {depth[into]:.2f} mm in the part" in view.said()
+    view.press("in the part")
+    assert f"the tool is {max(depth):.2f} mm in the part" in view.said()
+    assert not offline.asked and not offline.errors
 
 
 def test_a_small_screen_shows_picture_and_sliders_together(offline, dmu50v, tmp_path):

@@ -17,9 +17,12 @@ from PIL import Image
 
 from mathpost.course import view_gallery, view_machine, view_rotation
 from mathpost.course.lesson_data import blade, load
+from mathpost.course.view_machine import IN_THE_PART
 from mathpost.draw.live import HERE, MODULES, _dense
+from mathpost.draw.part import Part
 from mathpost.draw.picture import FINE, View, spread
 from mathpost.draw.plot import COLOUR
+from mathpost.draw.solid import ring
 from mathpost.post.proof import true_tip
 from tests.conftest import LESSONS
 from tests.test_browser import CHROMIUM, PICTURE, browser, opened  # noqa: F401  the fixture of this module, too
@@ -214,3 +217,25 @@ def test_a_walk_draws_both_branches_and_the_true_tip(noted, tmp_path):
     at = View(scene, canvases[0][3].size).pixels(line.body, tip)[:, :2]
     drawn = np.concatenate(ways(strokes, line.colour))
     assert np.linalg.norm(at[:, None] - drawn, axis=-1).min(axis=1).max() < 0.3
+
+
+def test_a_walk_in_a_part_draws_what_was_walked_and_what_was_cut(noted, tmp_path):
+    """Against the kinematics: the path of the tip up to record 2.6, red where the tool is in a pillar."""
+    kin, path = load("dmu50v"), blade()
+    pillar = Part([ring([20, 55, height], [0, 0, 1], 10, 72) for height in (0, 100)], 3.0)
+    made = view_machine.walk(kin, path, start=2.6, part=pillar)
+    strokes, *_, image = next(painted(noted, made.page(), tmp_path))
+    (run,), samples = made.state["runs"], np.arange(0, 1.6, 1 / 24)
+    columns = np.transpose(run["joints"])
+    joints = np.stack([np.interp([*samples, 1.6], np.arange(5), column) for column in columns], axis=1)
+    sent = made.scenes[0].state()
+    scene = replace(made.scenes[0], middle=np.array(sent["middle"]), radius=sent["radius"])
+    at = View(scene, image.size).pixels("workpiece", kin.forward(joints)[0])[:, :2]
+    inside = np.array(run["depth"][: len(samples)]) > 0.01
+    assert 2 < inside.sum() < len(samples)
+    tool = [np.concatenate(ways(strokes, colour)) for colour in (COLOUR["tool"], IN_THE_PART)]
+    for drawn, wanted in zip(tool, (at, at[:-1][inside]), strict=True):
+        apart = np.linalg.norm(wanted[:, None] - drawn, axis=-1)
+        assert apart.min(axis=1).max() < 0.3
+        half = np.linalg.norm(np.diff(wanted, axis=0), axis=1).max() / 2
+        assert apart.min(axis=0).max() < half + 0.3, "and no more than that"

@@ -9,11 +9,13 @@ from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import placing
 from mathpost.draw.live import Live, slider
 from mathpost.draw.scene import Line, Scene
-from mathpost.draw.solid import Turned, across, ring
+from mathpost.draw.solid import Turned, across, put, ring
 from mathpost.post import selection
 from mathpost.post.singular import distance, from_pole, regions
 
 CONE = np.radians(1.0)  # about the singular tool axes
+SAMPLES = 24  # of the tool between two blocks, here and in paths.js
+IN_THE_PART = "#c0002a"
 BRANCHES = ("first branch", "second branch")
 
 
@@ -61,13 +63,16 @@ def tool_axis(kin):
     return Live(state, [codegen.body(kin, jacobian=False)], text, scenes, height=470, layout="column")
 
 
-def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0):
+def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0, part=None):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
     Between blocks all joints move linearly, and the true path of the tip is drawn. `joints`, shape (m, 5), mm and
     radians, are the blocks, by default one per record, as chosen by `mathpost.post.selection.choose`; `place`,
     shape (m,), is where each ends on the CL path, as in `mathpost.post.Result`. `second`, the `Kinematics` of a
     different machine, is shown beside the first. The slider begins at the record `start`.
+
+    A `mathpost.draw.part.Part` is drawn on the first machine, and the view says how deep the tool is in it.
+    Then the path of the tip is drawn as far as it was walked, red where the tool is in the part.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
@@ -75,17 +80,28 @@ def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0):
         runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
     scenes, state_runs, said = [], [], []
     for each, blocks, ends in runs:
-        drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
-        _, drawn = scene.best(each, drawn, blocks[:1], aspect=0.9)
+        solid = None if scenes else part
+        drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "", part=solid)
+        here = np.array([np.interp(start - 1, ends, column) for column in blocks.T])
+        if solid is not None:  # as near as it can be seen on its whole way
+            rings = np.concatenate(solid.rings)
+            drawn.extent = np.concatenate([put(placing(each.machine)(q)["workpiece"], rings) for q in blocks])
+        _, drawn = scene.best(each, drawn, here[None], aspect=0.9)
         drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
         at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
         if not scenes:  # the buttons are for the first machine
             places = _sights(kin, cl, at_records)
         run = {"about": _about(each), "joints": blocks.tolist(), "place": ends.tolist(), "singular": near}
+        if solid is not None:
+            drawn.lines.append(Line("workpiece", [], IN_THE_PART, 4.0, name="in the part", over=True))
+            number, at = np.arange(len(blocks)), np.arange(SAMPLES * (len(blocks) - 1) + 1) / SAMPLES
+            sampled = np.stack([np.interp(at, number, column) for column in blocks.T], axis=-1)
+            depth = solid.depth(*each.forward(sampled))
+            run["depth"] = depth.round(4).tolist()
+            places.append(["in the part", float(np.interp(at[depth.argmax()], number, ends)) + 1])
         state_runs.append(run)
         scenes.append(drawn)
-        here = np.array([np.interp(start - 1, ends, column) for column in blocks.T])
         said.append(f"record {start:g}: {pose_text(each, here)}")
     poses = np.concatenate([cl.points, cl.axes], axis=1).round(9).tolist()
     step = 1.0 if len(cl) > 30 else 0.05

@@ -14,6 +14,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost import chain
+from mathpost.draw.part import BLADE_COLOUR
 from mathpost.draw.plot import COLOUR
 from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring
 from mathpost.formula import numeric
@@ -28,7 +29,6 @@ TABLE = [(0, 0), (0.94, 0), (1, 0.25), (1, 0.92), (0.98, 1), (0.86, 1), (0.86, 0
 TABLE += [(0.62, 1), (0.62, 0.85), (0.58, 0.85), (0.58, 1), (0, 1)]
 HOLDER = [(0, 0.5), (0.55, 0.5), (0.7, 0.82), (1, 0.82), (1, 0.87), (0.9, 0.91), (1, 0.95), (1, 1), (0, 1)]
 SPINDLE = [(0, 0), (0.8, 0), (1, 0.24), (1, 1), (0, 1)]
-BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 GREYS = {  # the machine's role, one shade a body
     "bed": "#9aa3aa",
     "first": "#b3bcc4",
@@ -99,11 +99,14 @@ def placing(machine):
     return places
 
 
-def arrange(kin, cl=None):
-    """Lay out the `Arrangement` of a machine, the workpiece fitted to the path `cl` if there is one."""
+def arrange(kin, cl=None, part=None):
+    """Lay out the `Arrangement` of a machine, the workpiece fitted to the path `cl` if there is one.
+
+    A `Part` stands on it in place of the sketch of a blade.
+    """
     machine = kin.machine
     size = _size(machine, cl)
-    low, high = _workpiece(size, cl)
+    low, high = _workpiece(size, cl, part)
     tool_axis = unit(np.array(machine.tool_axis))
     tip = 0.3 * size * tool_axis if cl is None else np.array([*(low + high)[:2] / 2, high[2]])
     home, origin = kin.close(tip, np.zeros(len(machine.rotary))), np.array(machine.origin)
@@ -113,11 +116,13 @@ def arrange(kin, cl=None):
         made.retreat = kin.close(tip, np.clip(angles, *machine.limits[3:].T))[:, 1].max() - home[1]
     stock = block(origin + low, origin + high)
     made.hull("workpiece", COLOUR["workpiece"], stock)
-    if cl is not None and _is_point(size, cl):
+    if part is not None:
+        made.solids.append(part.solid)
+    elif cl is not None and _is_point(size, cl):
         rings = [put(made.into["workpiece"], origin + ring) for ring in _blade(size, cl, high[2])]
         made.solids.append(Lofted("workpiece", BLADE_COLOUR, rings))
     _workpiece_side(made, machine, stock)
-    _tool_side(made, machine, origin + tip, tool_axis)
+    _tool_side(made, machine, origin + tip, tool_axis, 0.04 * size if part is None else part.tool_radius)
     return made
 
 
@@ -134,13 +139,14 @@ def _size(machine, cl):
     return max(lengths)
 
 
-def _workpiece(size, cl):
-    """Opposite corners of the workpiece in its own frame; a path lies on its top, a blade stands on it."""
-    if cl is None:
+def _workpiece(size, cl, part):
+    """Opposite corners of the workpiece in its frame; a path lies on its top, a blade or a part stands on it."""
+    if cl is None and part is None:
         return size * np.array([-0.5, -0.35, -0.4]), size * np.array([0.5, 0.35, 0.0])
-    low, high = cl.points.min(axis=0), cl.points.max(axis=0)
+    foot = cl.points if part is None else part.rings[0]
+    low, high = foot.min(axis=0), foot.max(axis=0)
     middle, half = (low + high)[:2] / 2, np.maximum((high - low)[:2] / 2 + 0.08 * size, 0.3 * size)
-    top = low[2] - (0.5 * size if _is_point(size, cl) else 0.0)
+    top = low[2] - (0.5 * size if part is None and _is_point(size, cl) else 0.0)
     return np.array([*(middle - half), min(0.0, top - 0.3 * size)]), np.array([*(middle + half), top])
 
 
@@ -199,14 +205,14 @@ def _workpiece_side(made, machine, stock):
         floor, left, right = floor - 0.12 * size, left - 0.1 * size, right + 0.1 * size
 
 
-def _tool_side(made, machine, tip, tool_axis):
+def _tool_side(made, machine, tip, tool_axis, radius):
     """Tool, spindle and heads from the tool up, then the slides."""
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
     face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
     reach, turn = np.linalg.norm(face - tip), np.linspace(0, np.pi / 2, 7)
-    ball = [*zip(0.04 * size * np.sin(turn), 0.04 * size * (1 - np.cos(turn)), strict=True)]
-    cutter = [*ball, (0.04 * size, 0.55 * reach), (0, 0.55 * reach)]
+    ball = [*zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True)]
+    cutter = [*ball, (radius, 0.55 * reach), (0, 0.55 * reach)]
     made.lathe("tool", COLOUR["tool"], cutter, 1, 1, tip, tool_axis)
     made.lathe("tool", "holder", HOLDER, 0.1 * size, reach, tip, tool_axis)
     slides, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]

@@ -80,9 +80,16 @@ Object.assign(KINDS, {
             return rows[k - 1].map((x, i) => x + t * (rows[k][i] - x));
         };
         for (const run of runs) {
-            const way = run.scene.lines.find((line) => line.name === "true tip"), n = run.joints.length;
-            const every = n > 200 ? 0 : 24;
-            if (way && every) way.parts = [Array.from({ length: (n - 1) * every + 1 }, (_, i) => pose(run.m, interpolate(run.joints, run.joints.map((_, k) => k), i / every))[0])];
+            const named = (name) => run.scene.lines.find((line) => line.name === name), way = named("true tip"), n = run.joints.length;
+            const numbers = run.joints.map((_, k) => [k]), at = numbers.flat(), every = n > 200 && !run.depth ? 0 : 24;
+            const tips = Array.from({ length: every && (n - 1) * every + 1 }, (_, i) => pose(run.m, interpolate(run.joints, at, i / every))[0]);
+            way.parts = [tips];
+            if (run.depth) run.upTo = (place, tip) => { // draw the path so far, and return how deep the tool is
+                const [block] = interpolate(numbers, run.place, place), k = floor(block * every), deep = run.depth.map((d) => d > 0.01);
+                way.parts = [[...tips.slice(0, k + 1), tip]];
+                named("in the part").parts = tips.slice(1, k + 1).flatMap((p, i) => deep[i] && deep[i + 1] ? [[tips[i], p]] : []);
+                return interpolate(run.depth.map((d) => [d]), run.depth.map((_, i) => i), block * every)[0];
+            };
         }
         const panels = runs.length > 1 ? [] : [3, 4].map((joint) => {
             const { m, about, joints, place, singular } = runs[0], found = cl.map((r) => m.inverse(r.slice(0, 3), r.slice(3)));
@@ -105,13 +112,13 @@ Object.assign(KINDS, {
             const axis = turned < 1e-9 ? cl[k].slice(3) : [3, 4, 5].map((i) => (sin((1 - t) * turned) * cl[k][i] + sin(t * turned) * next[i]) / sin(turned));
             controls.show();
             const said = [], out = [];
-            for (const { m, about, joints, place, scene } of runs) {
-                const q = interpolate(joints, place, at), [tip, tool] = pose(m, q);
+            for (const { m, about, joints, place, scene, upTo } of runs) {
+                const q = interpolate(joints, place, at), [tip, tool] = pose(m, q), depth = upTo ? upTo(at, tip) : 0;
                 scene.show(m.places(q));
                 const who = runs.length > 1 ? `${about.title}: ` : `record ${fixed(record, 2)}: `;
                 said.push(`${who}${words(about.names, q)}`);
                 said.push(`tip ${fixed(length(minus(tip, wanted.slice(0, 3))), 4)} mm and axis ${fixed(angle(tool, axis) / DEGREE, 3)}° off the CL data, ${singular(about, tool)}`);
-                out.push(outOfTravel(about, q));
+                out.push(depth > 0.01 ? `the tool is ${fixed(depth, 2)} mm in the part` : "", outOfTravel(about, q));
             }
             panels.forEach((panel) => panel.show(record));
             ui.say(said, out.filter(Boolean).join("; "));

@@ -108,12 +108,13 @@ class Scene:
         return state | {key: getattr(self, key) for key in ("azimuth", "elevation", "title", "colour")}
 
 
-def machine(kin, cl=None, *, title=""):
+def machine(kin, cl=None, *, title="", part=None):
     """Return the scene of a machine, and its `Arrangement`.
 
-    With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn.
+    With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn. A `Part` is
+    drawn as it is.
     """
-    made = arrange(kin, cl)
+    made = arrange(kin, cl, part)
     scene = Scene(made.solids, places=placing(kin.machine)(made.home), title=title)
     tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
     tool_side = str(kin.inverse_symbolic.tool_side)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from mathpost.course import view_machine, view_rotation
 from mathpost.draw import scene
 from mathpost.draw.arrangement import GREYS, arrange, placing
+from mathpost.draw.part import Part, clearance
 from mathpost.draw.picture import View, camera, spread
 from mathpost.draw.scene import Scene
 from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring, smooth
@@ -131,6 +132,49 @@ def test_faces_look_outwards_and_normals_are_theirs():
         assert (
             np.einsum("ni,nki->nk", flat[real] / np.linalg.norm(flat[real], axis=1, keepdims=True), normals) > 0.8
         ).all()
+
+
+def test_clearance_of_a_box_is_that_of_its_coordinates():
+    """Face, edge and corner, outside and inside."""
+    box, half = Hull("a", "#000000", block([-2.0, -3, -4], [2.0, 3, 4])).surface[0], np.array([2.0, 3, 4])
+    points = np.random.default_rng(1).uniform(-6, 6, (2000, 3))
+    beyond = np.abs(points) - half
+    wanted = np.where((beyond < 0).all(axis=1), beyond.max(axis=1), np.linalg.norm(np.maximum(beyond, 0), axis=1))
+    assert clearance(box, points) == pytest.approx(wanted, abs=1e-12)
+
+
+def test_clearance_of_a_hollow_solid_knows_inside_from_outside():
+    """A bowl: what lies in the hollow is outside, and nearest to its wall."""
+    bowl = Turned("a", "#000000", [(0, 0), (9, 0), (9, 9), (8, 9), (8, 1), (0, 1)], np.zeros(3), np.eye(3)[2])
+    points = np.array([[0, 0, 5.0], [0, 0, 0.4], [0, 0, 1.3], [0, 0, -2.0]])
+    inner = 8 * np.cos(np.pi / 40)  # the wall is a polygon of forty sides
+    assert clearance(bowl.triangles(), points) == pytest.approx([4.0, -0.4, 0.3, 2.0])
+    assert clearance(bowl.triangles(), np.array([[inner - 0.5, 0, 5], [8.5, 0, 5]])) == pytest.approx(
+        [0.5, -0.5], abs=0.03
+    )
+
+
+@pytest.fixture
+def pillar():
+    """A round pillar of radius 10 and height 40, and a tool of radius 3."""
+    return Part([ring([0, 0, height], [0, 0, 1], 10, 360) for height in (0, 40)], 3.0)
+
+
+@pytest.mark.parametrize(
+    ("tip", "tilt", "wanted"),
+    [
+        ((13, 0, 5), 0, 0),  # beside it
+        ((11.5, 0, 5), 0, 1.5),
+        ((20, 0, 5), 90, 0),  # away from it
+        ((8, 0, 20), 90, 2),  # the ball, from the side
+        ((0, 0, 38), 0, 2),  # the ball, from above
+        ((0, 0, 20), 0, 13),
+        ((0, 0, -50), 0, 0),  # under it, and no longer than the pillar is high
+    ],
+)
+def test_how_deep_a_tool_is_in_a_part(pillar, tip, tilt, wanted):
+    axis = np.array([[np.sin(np.radians(tilt)), 0, np.cos(np.radians(tilt))]])
+    assert pillar.depth(np.array([tip], dtype=float), axis) == pytest.approx([wanted], abs=2e-3)
 
 
 @pytest.mark.parametrize("azimuth", [-170, -60, 10, 100])
@@ -252,6 +296,24 @@ def test_a_walk_knows_blocks_records_and_sights(dmu50v, blade):
     assert tip == pytest.approx(blade.points, abs=1e-9) and axis == pytest.approx(blade.axes, abs=1e-12)
     assert dict(view.state["places"])["largest swing"] == 2.5 and dict(view.state["places"])["pole"] == 3.0
     assert run["singular"] == [[2, 3]]
+
+
+def test_a_walk_tells_how_deep_the_tool_is_in_a_part(dmu50v, blade, pillar):
+    """At the samples of a straight move of the five joints, by the distance from the pillar's axis alone."""
+    beside = replace(pillar, rings=[ring([50, 47, height], [0, 0, 1], 10, 360) for height in (0, 100)])
+    joints = dmu50v.inverse(blade.points, blade.axes)[:, 0]
+    view = view_machine.walk(dmu50v, blade, joints, part=beside)
+    (run,) = view.state["runs"]
+    assert len(run["depth"]) == 4 * 24 + 1
+    number = 24 + 20  # five sixths of the swing
+    tip, axis = dmu50v.forward(joints[1] + (joints[2] - joints[1]) * 20 / 24)
+    along = tip + np.linspace(3, 60, 2000)[:, None] * axis
+    from_axis = np.linalg.norm(along[:, :2] - [50, 47], axis=1).min()
+    assert run["depth"][number] == pytest.approx(max(0, 13 - from_axis), abs=5e-3)
+    deepest = dict(view.state["places"])["in the part"]
+    assert deepest == pytest.approx(1 + np.argmax(run["depth"]) / 24)
+    (drawn,) = [each for each in view.scenes[0].solids if isinstance(each, Lofted)]
+    assert drawn.rings[1] == pytest.approx(beside.rings[0]), "the part stands in place of the sketch"
 
 
 def test_a_long_walk_holds_every_block(dmu50v, twisted):
