@@ -15,7 +15,7 @@ class InputError(MathpostError):
     and what does, all str.
     """
 
-    def __init__(self, where: str, expected: str, found: object) -> None:
+    def __init__(self, where: str, expected: str, found: str | None) -> None:
         self.where, self.expected, self.found = where, expected, found
         super().__init__(f"{where}: expected {expected}, found {found}")
 

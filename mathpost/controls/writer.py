@@ -52,7 +52,8 @@ def write(
         numbered[row] = sum(not line.startswith(control.unnumbered) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], said)
-    texts, at = [], 0
+    texts: list[str] = []
+    at = 0
     for row, lines in between.items():
         moves = bulk.lines(columns, at, row)
         texts += moves if control.number is not None else _without_indent(moves)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError
 
@@ -12,22 +13,27 @@ COARSEST = np.radians(45)  # between the points of an arc, however small it is
 PECK_GAP = 0.5  # mm above the bottom, where the tool slows down again after a peck
 
 
-def arc(start, end, centre, axis, tolerance, turns=0):
+def arc(
+    start: ArrayLike, end: ArrayLike, centre: ArrayLike, axis: ArrayLike, tolerance: float, turns: int = 0
+) -> np.ndarray:
     """Return the points of an arc or a helix, shape (n, 3), the last one `end`; chords keep the `tolerance`.
 
     The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the axis is
     the rise of a helix, which makes `turns` full turns before. `InputError` if there is no such arc.
     """
-    start, end, centre, axis = (np.asarray(vector, dtype=float) for vector in (start, end, centre, axis))
-    length = np.linalg.norm(axis)
+    start = np.asarray(start, dtype=float)
+    end = np.asarray(end, dtype=float)
+    centre = np.asarray(centre, dtype=float)
+    about = np.asarray(axis, dtype=float)
+    length = np.linalg.norm(about)
     if not 0.5 < length < 2:
         raise InputError("arc", "an axis of unit length", f"length {length:g}")
-    axis = axis / length
-    first, last = (point - centre - (point - centre) @ axis * axis for point in (start, end))
-    radii = np.linalg.norm(first), np.linalg.norm(last)
+    about = about / length
+    first, last = (point - centre - (point - centre) @ about * about for point in (start, end))
+    radii = float(np.linalg.norm(first)), float(np.linalg.norm(last))
     if min(radii) < SAME_POINT or abs(radii[0] - radii[1]) > SAME_RADIUS:
         raise InputError("arc", "ends equally far from its centre", f"{radii[0]:.4f} and {radii[1]:.4f}")
-    across = np.cross(axis, first)  # as long as `first`
+    across = np.cross(about, first)  # as long as `first`
     angle = np.arctan2(last @ across, last @ first) % (2 * np.pi)
     if np.linalg.norm(last - first) < SAME_POINT:
         angle = 2 * np.pi
@@ -36,7 +42,7 @@ def arc(start, end, centre, axis, tolerance, turns=0):
     t = np.arange(1, int(np.ceil(angle / step)) + 1)[:, None] / np.ceil(angle / step)
     around = np.cos(t * angle) * first + np.sin(t * angle) * across
     radius = (1 - t) + t * radii[1] / radii[0]
-    rise = ((start - centre) @ axis * (1 - t) + (end - centre) @ axis * t) * axis
+    rise = ((start - centre) @ about * (1 - t) + (end - centre) @ about * t) * about
     points = centre + around * radius + rise
     points[-1] = end
     return points
@@ -56,7 +62,7 @@ class Cycle:
     out: float | None = None  # how far a peck comes out; None is to the clearance
     dwell: float = 0.0  # seconds at the bottom
 
-    def heights(self, before):
+    def heights(self, before: float) -> tuple[list[float], list[bool], int]:
         """Return heights above the point, whether the moves there are rapid, and which is the bottom.
 
         `before` is the height where the tool comes from.
@@ -68,7 +74,8 @@ class Cycle:
         """
         retract = max(self.clearance, before if self.retract is None else self.retract)
         moves = [(retract, True), (self.clearance, True)]
-        reached, step = 0, self.first or self.following
+        reached: float = 0
+        step = self.first or self.following
         while step and reached + step < self.depth - 1e-9:
             reached, step = reached + step, self.following or step
             moves.append((-reached, False))
@@ -82,4 +89,4 @@ class Cycle:
             moves.append((self.clearance, False))
         if moves[-1][0] != retract:
             moves.append((retract, True))
-        return *map(list, zip(*moves, strict=True)), bottom
+        return [height for height, _ in moves], [rapid for _, rapid in moves], bottom

@@ -4,18 +4,25 @@ A CL file says where the tool tip goes and where the tool points, in the workpie
 chosen. What its statements mean is said in `mathpost.path.cl_words`.
 """
 
+from __future__ import annotations
+
 import codecs
 import math
+from collections import Counter
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import itemgetter
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.files import read_bytes
-from mathpost.path.cl_lines import LARGEST
+from mathpost.path.cl_lines import LARGEST, Records
 from mathpost.path.cl_words import Statements
+from mathpost.path.modal import Command, Remark
 from mathpost.path.pieces import Arc, Hole
 from mathpost.rotation import unit
 
@@ -37,38 +44,49 @@ class CLData:
     feeds: np.ndarray  # shape (n,), of the move to the record: mm/min, NaN where none is stated
     rapid: np.ndarray  # shape (n,), whether it is in rapid traverse
     lines: np.ndarray  # shape (n,), line of the file that the record begins on; for error messages
-    remarks: tuple = ()
+    remarks: tuple[Remark, ...] = ()
     name: str = "CL data"  # the file, for error messages
     first: int = 0  # number of its records before these
-    notes: tuple = ()  # what was made of the file that its reader should know: for the report
+    notes: tuple[str, ...] = ()  # what was made of the file that its reader should know: for the report
     coordinates: str = ""  # in whose coordinates its GOTO were read, see `mathpost.path.coordinates`
     normals: np.ndarray | None = None  # shape (n, 3), unit vectors out of the part that is touched, or NaN
     pieces: tuple[Arc | Hole, ...] = ()  # what runs of records are, in their order
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.points)
 
-    def where(self, record):
+    def where(self, record: float) -> str:
         """The place of a record (counted from 0) in the file, or of the next one, for error messages."""
         record = math.ceil(record)
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
 
-    def part(self, start, stop):
+    def part(self, start: int, stop: int) -> CLData:
         """Return records `start` to `stop` (exclusive), and the remarks before them, as `CLData` without a copy."""
         end = stop if stop < len(self) else stop + 1  # the last part has what follows it, too
         remarks = tuple((record - start, text) for record, text in self.remarks if start <= record < end)
-        arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
+        rows = slice(start, stop)
         pieces = tuple(piece.moved(-start) for piece in self.pieces if start <= piece.first and piece.last < stop)
-        return replace(self, **arrays, remarks=remarks, pieces=pieces, first=self.first + start)
+        return replace(
+            self,
+            points=self.points[rows],
+            axes=self.axes[rows],
+            feeds=self.feeds[rows],
+            rapid=self.rapid[rows],
+            lines=self.lines[rows],
+            remarks=remarks,
+            first=self.first + start,
+            normals=None if self.normals is None else self.normals[rows],
+            pieces=pieces,
+        )
 
-    def by_tool(self):
+    def by_tool(self) -> list[tuple[CLData, float | None]]:
         """Return the parts of the path between changes of the tool, each with the tool's length or None."""
         tools = [(record, tool.values[1]) for record, tool in commands(self.remarks, "tool") if record < len(self)]
         lengths = dict([(0, None), *tools])
         edges = [*lengths, len(self)]
         return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
-    def at(self, place):
+    def at(self, place: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.
 
         The tip goes straight from record to record, the axis on the great circle.
@@ -86,17 +104,17 @@ class CLData:
         return tip, axis
 
 
-def commands(remarks, kind):
+def commands(remarks: Iterable[Remark], kind: str) -> list[tuple[int, Command]]:
     """Those of `remarks`, of CL data or of blocks, that are a `Command` of this kind."""
-    return [(row, remark) for row, remark in remarks if getattr(remark, "kind", "") == kind]
+    return [(row, remark) for row, remark in remarks if isinstance(remark, Command) and remark.kind == kind]
 
 
-def feed_times(tips, feeds):
+def feed_times(tips: np.ndarray, feeds: np.ndarray) -> np.ndarray:
     """Seconds that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
     return 60 * np.linalg.norm(np.diff(tips, axis=0), axis=1) / feeds
 
 
-def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
+def from_arrays(points: ArrayLike, axes: ArrayLike, *, feed: float = math.nan, name: str = "CL data") -> CLData:
     """Make `CLData` of points (n, 3) in mm and axes (n, 3) of any length, all moves at `feed` mm/min."""
     points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")
     if points.ndim != 2 or points.shape != axes.shape:
@@ -110,7 +128,7 @@ def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     return _made(*columns, np.zeros(count, bool), np.arange(1, count + 1), (), name)
 
 
-def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
+def read(path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collection[str] = ()) -> CLData:
     """Read an APT CL file as `CLData`.
 
     Parameters
@@ -147,7 +165,9 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     return replace(made, notes=(*made.notes, "no line break at the end: the last statement may be cut off"))
 
 
-def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
+def parse(
+    text: str | bytes, name: str = "CL data", *, tolerance: float = ARC_TOLERANCE, ignored: Collection[str] = ()
+) -> CLData:
     """Read the text or the bytes of an APT CL file; see `read`. `name` begins every error message."""
     statements = Statements(name, tolerance, ignored)
     statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
@@ -165,7 +185,9 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
     return replace(made, normals=normals)
 
 
-def _turned_over(records, remarks, counts):
+def _turned_over(
+    records: Records, remarks: list[Remark], counts: Counter[str]
+) -> tuple[Records, list[Remark], np.ndarray]:
     """Records and remarks, with a record half way on each rapid move that turns the tool by 180°; and which."""
     points, axes, feeds, rapid, lines = records
     changes = [record for record, _ in commands(remarks, "tool")]
@@ -180,12 +202,21 @@ def _turned_over(records, remarks, counts):
     across = unit((up - (up * before).sum(axis=0) * before).T).T
     half = (points[:, over - 1] + points[:, over]) / 2
     remarks = [(record + int((over < record).sum()), remark) for record, remark in remarks]
-    poses = np.insert(points, over, half, axis=1), np.insert(axes, over, across, axis=1)
-    columns = (np.insert(column, over, column[over]) for column in (feeds, rapid, lines))
-    return (*poses, *columns), remarks, over
+    points, axes = np.insert(points, over, half, axis=1), np.insert(axes, over, across, axis=1)
+    feeds, rapid, lines = (np.insert(column, over, column[over]) for column in (feeds, rapid, lines))
+    return (points, axes, feeds, rapid, lines), remarks, over
 
 
-def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):
+def _made(
+    points: np.ndarray,
+    axes: np.ndarray,
+    feeds: np.ndarray,
+    rapid: np.ndarray,
+    lines: np.ndarray,
+    remarks: tuple[Remark, ...],
+    name: str,
+    notes: tuple[str, ...] = (),
+) -> CLData:
     """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
     arrays = points.T, axes.T, feeds, rapid, lines
     for array in arrays:
@@ -193,11 +224,13 @@ def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):
     return CLData(*arrays, remarks, name, notes=notes)
 
 
-def to_text(cl, *, title=None, decimals=6):
+def to_text(cl: CLData, *, title: str | None = None, decimals: int = 6) -> str:
     """Write `CLData` as the text of an APT CL file, which `parse` reads back; 9 decimals for the axes."""
-    lines, feed, remarks = ([f"$$ {title}"] if title else []), math.nan, {}
+    lines, feed = ([f"$$ {title}"] if title else []), math.nan
+    remarks: dict[int, list[str]] = {}
     for record, remark in cl.remarks:
-        remarks.setdefault(record, []).append(getattr(remark, "statement", remark))
+        said = remark.statement if isinstance(remark, Command) else remark
+        remarks.setdefault(record, []).append(said)
     for record, (point, axis) in enumerate(zip(cl.points.tolist(), cl.axes.tolist(), strict=True)):
         lines += remarks.get(record, [])
         if cl.rapid[record]:
@@ -211,7 +244,7 @@ def to_text(cl, *, title=None, decimals=6):
     return "\n".join([*lines, *remarks.get(len(cl), [])]) + "\n"
 
 
-def _slerp(start, end, t):
+def _slerp(start: np.ndarray, end: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Unit vectors on the great circles from `start` to `end` (..., 3) at `t` from 0 to 1, broadcasting."""
     angle = 2 * np.arcsin(np.clip(np.linalg.norm(end - start, axis=-1, keepdims=True) / 2, 0, 1))
     close = (sine := np.sin(angle)) < 1e-9

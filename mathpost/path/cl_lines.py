@@ -1,15 +1,22 @@
 """The lines of a CL file as statements, its records as arrays, and all that is wrong with it in one error."""
 
+from __future__ import annotations
+
 import math
 import re
+from abc import abstractmethod
 from collections import Counter
+from collections.abc import Sequence
 from operator import itemgetter
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.path import text
 from mathpost.path.coordinates import Comments, Coordinates
+from mathpost.path.modal import Command, Remark
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
@@ -21,12 +28,22 @@ BETWEEN_NUMBERS = re.compile(r"[\d.]\s+$")
 TIP, AXIS = [text.Item(",", "number")], [text.Item(",", "number", optional=True)]
 # One record of three or six numbers, and nothing else: most lines of most files.
 PLAIN = text.Pattern([text.Item("GOTO"), text.Item("/", "number"), *TIP * 2, *AXIS * 3], blanks=True)
+T = TypeVar("T")
+# Points and axes, shape (3, n), feeds, rapid and lines, shape (n,).
+Records = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def need(holds, expected, found=None):
+def need(holds: object, expected: str, found: str | None = None) -> None:
     """Refuse a statement of which something does not hold; what is found is by default how it begins."""
     if not holds:
         raise InputError("", expected, found)
+
+
+def known(value: T | None, expected: str, found: str | None = None) -> T:
+    """Return what must be known by now; without it the statement is refused."""
+    if value is None:
+        raise InputError("", expected, found)
+    return value
 
 
 class Lines(text.Reader):
@@ -37,17 +54,28 @@ class Lines(text.Reader):
 
     pattern = PLAIN
 
-    def __init__(self, name):
-        self.name, self.encoding = name, ("utf-8", "surrogatepass")
-        self.line, self.start, self.statement, self.unfinished, self.comment = 1, 0, "", "", ""
-        self.point, self.axis = None, [0.0, 0.0, 1.0]
-        self.feed, self.rapid, self.scale = math.nan, False, 1.0
-        self.coordinates, self.comments = Coordinates(), Comments()
-        self.runs, self.count = [], 0
-        self.remarks, self.counts = [], Counter()
-        self.problems = []
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.encoding = "utf-8", "surrogatepass"
+        self.line = 1
+        self.start = 0
+        self.statement = ""
+        self.unfinished = ""
+        self.comment = ""
+        self.point: list[float] | None = None
+        self.axis = [0.0, 0.0, 1.0]
+        self.feed = math.nan
+        self.rapid = False
+        self.scale = 1.0
+        self.coordinates = Coordinates()
+        self.comments = Comments()
+        self.runs: list[tuple[np.ndarray, ...]] = []
+        self.count = 0
+        self.remarks: list[Remark] = []
+        self.counts: Counter[str] = Counter()
+        self.problems: list[tuple[int, str, str, str]] = []
 
-    def take_file(self, content):
+    def take_file(self, content: bytes) -> None:
         """Take all lines."""
         for name in () if content.isascii() else ENCODINGS:
             self.encoding = name, "surrogatepass" if name == "utf-8" else "strict"
@@ -60,12 +88,12 @@ class Lines(text.Reader):
         if self.unfinished:
             self.problem(self.start, "", "the continuation of this statement", "the end of the file")
 
-    def fits(self, values):
+    def fits(self, values: np.ndarray) -> np.ndarray:
         """Which lines have the whole of a tool axis or nothing of it."""
         stated = ~np.isnan(values[4:])
         return stated.all(axis=0) | ~stated.any(axis=0)
 
-    def take_plain(self, values):
+    def take_plain(self, values: np.ndarray) -> None:
         """Take plain records; NaN stands for the tool axis that holds."""
         numbers, count = values[1:], values.shape[1]
         numbers[:3] *= self.scale
@@ -74,7 +102,7 @@ class Lines(text.Reader):
         self.add(self.line + np.arange(count), numbers)
         self.line += count
 
-    def take_line(self, raw):
+    def take_line(self, raw: bytes) -> None:
         """Take one line: leave out its comment, and take the statement if it is complete."""
         line = raw.decode(*self.encoding)
         number, self.line = self.line, self.line + 1
@@ -93,7 +121,11 @@ class Lines(text.Reader):
         if self.statement:
             self.take()
 
-    def take_comment(self, line):
+    @abstractmethod
+    def take(self) -> None:
+        """Take one statement."""
+
+    def take_comment(self, line: str) -> None:
         """Take a line of a comment: Creo goes on with one on the next line, and two systems say coordinates so."""
         if line.endswith("$") and (self.comment or line.startswith("$$->")):
             self.comment += line[:-1] + " "
@@ -102,22 +134,24 @@ class Lines(text.Reader):
         if said:
             self.coordinates.say(**said)
 
-    def add(self, lines, numbers, *, feed=None, rapid=None):
+    def add(
+        self, lines: np.ndarray, numbers: np.ndarray, *, feed: float | None = None, rapid: bool | None = None
+    ) -> None:
         """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
         self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
-        rapid = np.full(len(lines), self.rapid if rapid is None else rapid)
-        feeds = np.where(rapid, math.nan, self.feed if feed is None else feed)
-        self.runs.append((lines, self.coordinates.placed(numbers), feeds, rapid))
+        fast = np.full(len(lines), self.rapid if rapid is None else rapid)
+        feeds = np.where(fast, math.nan, self.feed if feed is None else feed)
+        self.runs.append((lines, self.coordinates.placed(numbers), feeds, fast))
         self.count, self.rapid = self.count + len(lines), False
 
-    def go(self, points, axis, **options):
+    def go(self, points: ArrayLike, axis: ArrayLike, **options: Any) -> None:
         """Add records at points, shape (n, 3), with one tool axis."""
         points = np.reshape(points, (-1, 3))
         numbers = np.empty((6, len(points)))
         numbers[:3], numbers[3:] = points.T, np.reshape(axis, (3, 1))
         self.add(np.full(len(points), self.start), numbers, **options)
 
-    def records(self):
+    def records(self) -> Records:
         """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse a file with problems."""
         if not self.runs:
             self.refuse_problems()
@@ -133,16 +167,16 @@ class Lines(text.Reader):
         self.refuse_problems()
         return points, axes / length, feeds, rapid, lines
 
-    def remark(self, remark=None, record=None):
+    def remark(self, remark: str | Command | None = None, record: int | None = None) -> None:
         """Keep a remark, by default the statement, before a record, by default the next."""
         self.remarks.append((self.count if record is None else record, remark or self.statement))
 
-    def problem(self, line, word, expected, found=None):
+    def problem(self, line: int, word: str, expected: str, found: str | None = None) -> None:
         self.problems.append((line, word, expected, repr(self.statement[:60]) if found is None else found))
 
-    def refuse_problems(self):
+    def refuse_problems(self) -> None:
         """Raise the `InputError` that lists all problems, each cause once."""
-        causes = {}
+        causes: dict[tuple[str, str], list[tuple[int, str]]] = {}
         for line, word, expected, found in sorted(self.problems, key=itemgetter(0)):
             causes.setdefault((word, expected), []).append((line, found))
         if not causes:
@@ -151,16 +185,16 @@ class Lines(text.Reader):
         for (word, expected), ((line, found), *others) in causes.items():
             again = f" ({len(others) + 1} times, up to line {others[-1][0]})" if others else ""
             said.append((f"line {line}" + f", {word}" * bool(word), expected, found + again))
-        (where, expected, found), *others = said
-        lines = [found, *("{}: expected {}, found {}".format(*each) for each in others[: SHOWN - 1])]
+        (where, expected, found), *more = said
+        lines = [found, *("{}: expected {}, found {}".format(*each) for each in more[: SHOWN - 1])]
         if len(said) > SHOWN:
             lines.append(f"and {len(said) - SHOWN} more causes")
-        if others:
+        if more:
             kinds = f"{len(self.problems)} statements of {len(said)} kinds"
             lines.append(f"{kinds}; --ignore WORD takes a word on trust")
         raise InputError(f"{self.name}, {where}", expected, "\n  ".join(lines))
 
-    def numbers(self, words, *counts):
+    def numbers(self, words: Sequence[str], *counts: int) -> list[float]:
         """Numbers, so many as one of `counts`."""
         values = [self.number(word) for word in words]
         if counts and len(values) not in counts:
@@ -168,7 +202,7 @@ class Lines(text.Reader):
             raise InputError("", f"{expected} numbers", f"{len(values)}")
         return values
 
-    def number(self, word):
+    def number(self, word: str) -> float:
         if not REAL.fullmatch(word.strip()):
             raise InputError("", "a number", repr(word.strip()))
         need(abs(value := float(word)) < LARGEST, BELOW_LARGEST, word.strip())

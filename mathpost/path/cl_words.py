@@ -10,6 +10,7 @@ Forms differ from system to system; they are those of NX (.cls), Creo (.ncl), CA
 """
 
 import re
+from collections.abc import Callable, Collection
 
 from mathpost.errors import InputError
 from mathpost.files import data_file
@@ -19,30 +20,30 @@ from mathpost.toml_table import read_toml
 WORDS = read_toml(data_file("cl/words.toml"))
 FAMILIES = tuple(WORDS["comments"]["families"])
 COMMENTS = frozenset(word for kind in ("text", "names", "settings") for word in WORDS["comments"][kind])
+MAJOR = re.compile(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*")
 ALIASES, REFUSED, MOVING = WORDS["aliases"], WORDS["refused"], frozenset(WORDS["moving"]["words"])
 
 
 class Statements(Holes):
     """Takes all statements; arguments as of `cl.read`."""
 
-    def __init__(self, name, tolerance, ignored=()):
+    def __init__(self, name: str, tolerance: float, ignored: Collection[str] = ()) -> None:
         super().__init__(name, tolerance)
         self.ignored = {word.upper() for word in ignored}
         if moving := sorted(self.ignored & MOVING):
             found = f"{', '.join(moving)}: it moves the tool, or says where or how fast a later word does"
             raise InputError(f"{name}: words to be ignored", "words that move nothing", found)
 
-    def takes_plain(self):
+    def takes_plain(self) -> bool:
         """Whether a GOTO is now nothing but a move to where it says."""
         special = self.circle or self.arc_before or self.cycle or self.incremental or self.unconfirmed
         unsure = self.coordinates.unsettled or self.modal.skip or self.modal.lacks_speed
         return not (special or unsure or self.unfinished or self.comment or self.rapid)
 
-    def take(self):
-        """Take one statement."""
+    def take(self) -> None:
         major, _, minor = self.statement.partition("/")
         upper = major.upper()
-        word = " ".join(re.match(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*", upper)[0].split())
+        word = " ".join(MAJOR.findall(upper)[0].split())
         if word != "GOTO":
             self.arc_before = None
         modelled = self.method(word)
@@ -63,14 +64,14 @@ class Statements(Holes):
             except InputError as error:
                 self.problem(self.start, word, error.expected, error.found)
 
-    def method(self, word):
+    def method(self, word: str) -> Callable[[list[str]], None] | None:
         """What takes the statements of a word, or None."""
         return getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
 
-    def on_insert(self, words):
+    def on_insert(self, words: list[str]) -> None:
         self.insert()
 
-    def on_ppword(self, words):
+    def on_ppword(self, words: list[str]) -> None:
         """A statement of a post-processor within one of the CAM system, such as PPWORD/COOLNT,ON."""
         inner = self.statement.partition("/")[2].strip()
         word, _, rest = inner.partition("/" if "/" in inner else ",")

@@ -26,6 +26,8 @@ CATIA, ``$$*CATIA0``
     The points that follow are in coordinates that stand still while a table turns the part: see `turn_table`.
 """
 
+from typing import Any, NoReturn
+
 import numpy as np
 
 from mathpost.errors import InputError
@@ -45,22 +47,22 @@ CATIA = "GOTO in the machining axis system (CATIA)"
 TABLE = "GOTO in coordinates that stand still while ROTABL turns the part, brought into the first"
 
 
-def refuse(expected, found):
+def refuse(expected: str, found: str) -> NoReturn:
     raise InputError("", expected, found)
 
 
-def need_right_handed(rotation):
+def need_right_handed(rotation: np.ndarray) -> None:
     square = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) and np.linalg.det(rotation) >= 0
     if not square:
         refuse("right-handed axes at right angles", str(rotation.round(6).tolist()))
 
 
-def turned(one, other):
+def turned(one: np.ndarray, other: np.ndarray) -> bool:
     """Whether the axes of two systems (3, 4) differ."""
     return not np.allclose(one[:, :3], other[:, :3], atol=SAME)
 
 
-def differ(one, other):
+def differ(one: np.ndarray, other: np.ndarray) -> bool:
     return not np.allclose(one, other, atol=SAME)
 
 
@@ -70,35 +72,44 @@ class Coordinates:
     Words change it; `settle` is asked before a move.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.rule = AS_WRITTEN
-        self.first = self.system = None  # of the first move, and the one that holds
-        self.z = Z  # where the tool points by itself, in the coordinates of GOTO
+        self.first: np.ndarray | None = None  # the system of the first move
+        self.system: np.ndarray | None = None  # and the one that holds
+        self.z: tuple[float, ...] = Z  # where the tool points by itself, in the coordinates of GOTO
         self.unsettled = False  # whether a word has changed something since the last move
-        self.world, self.multax = False, None
-        self.csys, self.creo, self.catia = None, None, None  # the last that were said,
-        self.settled_csys, self.settled_creo, self.settled_catia = None, None, None  # and those that moves were in
-        self.table, self.turned = np.zeros(3), np.eye(3)  # by ROTABL: A, B, C, and the axes of the coordinates
+        self.world = False
+        self.multax: bool | None = None
+        self.csys: np.ndarray | None = None  # the last that were said,
+        self.creo: np.ndarray | None = None
+        self.catia: np.ndarray | None = None
+        self.settled_csys: np.ndarray | None = None  # and those that moves were in
+        self.settled_creo: np.ndarray | None = None
+        self.settled_catia: np.ndarray | None = None
+        self.table = np.zeros(3)  # by ROTABL: A, B, C,
+        self.turned = np.eye(3)  # and the axes of the coordinates
 
     # Words
 
-    def say(self, **words):
+    def say(self, **words: Any) -> None:
         """Take what a word says: `world`, `multax`, `csys`, `creo`, `catia`; the next move settles it."""
         for name, value in words.items():
             setattr(self, name, value)
         self.unsettled = True
 
-    def enter(self, rotation, origin, rule):
+    def enter(self, rotation: np.ndarray, origin: np.ndarray, rule: str) -> bool:
         """Go on in another system (NX); return whether it is another one. All moves are brought into the first."""
         need_right_handed(rotation)
         system, before = np.column_stack([rotation, origin]), self.system
         if self.first is None:
-            self.first = before = system
+            self.first = system
+        if before is None:
+            before = self.first
         self.rule = rule
         self.system = self.first if np.allclose(system, self.first, atol=1e-9) else system
         return not np.allclose(system, before, atol=1e-9)
 
-    def turn_table(self, axis, angle, from_zero):
+    def turn_table(self, axis: int, angle: float, from_zero: bool) -> tuple[np.ndarray, bool]:
         """ROTABL: the table turns by or to an angle (radians); return the rotation into the new coordinates.
 
         With CCLW the coordinates turn right-handed in the part: in SolidWorks' files TLAXIS is their Z.
@@ -113,42 +124,43 @@ class Coordinates:
         changed = self.enter(standing @ before.T @ self.turned, origin, TABLE)
         return self.turned.T @ before, changed
 
-    def confirm_turn(self, axis):
+    def confirm_turn(self, axis: list[float]) -> None:
         """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
         moved = np.abs(self.table) > 1e-3
         if not moved.any():
             return
-        z, said = self.turned[:, 2], self.turned @ axis
         if moved.sum() > 1:
             refuse("one axis of the table turned by ROTABL: nothing says which carries which", "several")
         if moved[2]:
             refuse("ROTABL across the tool: of a turn about the tool nothing says the sense", "CAXIS")
-        if not np.allclose(said, z, atol=1e-3):
-            z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
+        wanted, found = self.turned[:, 2], self.turned @ axis
+        if not np.allclose(found, wanted, atol=1e-3):
+            z, said = (",".join(f"{value:z.4f}" for value in each) for each in (wanted, found))
             refuse(f"TLAXIS/{z} of the part, along Z of the table that ROTABL has turned", f"TLAXIS/{said}")
 
     # Moves
 
-    def settle(self):
+    def settle(self) -> str | None:
         """Say before a move in which frame it is; return a sentence on what was assumed, or None.
 
         Raises `InputError` if the words that came before do not tell.
         """
-        self.unsettled, assumed = False, None
+        self.unsettled = False
+        assumed: str | None = None
         if self.world:
             self.rule = WORLD
         if self.csys is not None:
-            self._settle_csys()
+            self._settle_csys(self.csys)
         if self.creo is not None:
-            assumed = self._settle_creo()
+            assumed = self._settle_creo(self.creo)
         if self.catia is not None:
             if self.settled_catia is not None and differ(self.catia, self.settled_catia):
                 refuse("one machining axis system (CATIA): GOTO of two cannot be told apart", "another $$*CATIA0")
             self.settled_catia, self.rule = self.catia, CATIA
         return assumed
 
-    def _settle_csys(self):
-        csys, before = self.csys, self.settled_csys
+    def _settle_csys(self, csys: np.ndarray) -> None:
+        before = self.settled_csys
         if self.world:
             self.z = tuple(csys[:, 2].tolist())
         else:
@@ -161,8 +173,8 @@ class Coordinates:
             self.rule = ONE_CSYS
         self.settled_csys = csys
 
-    def _settle_creo(self):
-        creo, before = self.creo, self.settled_creo
+    def _settle_creo(self, creo: np.ndarray) -> str | None:
+        before = self.settled_creo
         if self.multax:
             self.settled_creo, self.rule = IDENTITY, MACHINE
             return None
@@ -180,9 +192,9 @@ class Coordinates:
             else None
         )
 
-    def placed(self, numbers):
+    def placed(self, numbers: np.ndarray) -> np.ndarray:
         """Points and axes, shape (6, n), in the first system."""
-        if self.system is self.first:
+        if self.system is None or self.first is None or self.system is self.first:
             return numbers
         rotation, origin = np.hsplit(self.system, [3])
         first, first_origin = np.hsplit(self.first, [3])
@@ -193,17 +205,17 @@ class Coordinates:
 class Comments:
     """The coordinate systems that Creo and CATIA write as comments."""
 
-    def __init__(self):
-        self.rows = None  # of a matrix behind $$*CATIA0, as far as they are known
+    def __init__(self) -> None:
+        self.rows: list[list[float]] | None = None  # of a matrix behind $$*CATIA0, as far as they are known
 
-    def take(self, text):
+    def take(self, text: str) -> dict[str, np.ndarray]:
         """Return what a comment (all of its lines) says, for `Coordinates.say`."""
         words = text.lstrip("$").replace(",", " ").replace("/", " ").split()
         if words[:1] == ["*CATIA0"]:
             self.rows = []
         elif words[:2] == ["->", "CSYS"]:
-            matrix = _numbers(words[2:])
-            return {"creo": np.reshape(matrix, (3, 4))} if len(matrix) == 12 else {}
+            values = _numbers(words[2:])
+            return {"creo": np.reshape(values, (3, 4))} if len(values) == 12 else {}
         elif self.rows is not None and len(row := _numbers(words)) == 4:
             self.rows.append(row)
             if len(self.rows) == 3:
@@ -212,7 +224,7 @@ class Comments:
         return {}
 
 
-def _numbers(words):
+def _numbers(words: list[str]) -> list[float]:
     """Numbers, or none if one of the words is no number."""
     try:
         values = [float(word) for word in words]

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from mathpost.path.arcs import Cycle
-from mathpost.path.cl_lines import REAL, need
+from mathpost.path.cl_lines import REAL, known, need
+from mathpost.path.modal import Command
 from mathpost.path.moves import Moves
 from mathpost.path.orders import BACK, FEED_UNITS, LEAST_FEED, MM_PER_INCH
 from mathpost.path.pieces import Hole
@@ -23,11 +24,11 @@ CHIP_BREAKING = 0.5  # mm, by which BRKCHP goes back
 
 
 class Holes(Moves):
-    def __init__(self, name, tolerance):
+    def __init__(self, name: str, tolerance: float) -> None:
         super().__init__(name, tolerance)
-        self.cycle_feed = None  # mm per turn that the cycle goes at, or None
+        self.cycle_feed: float | None = None  # mm per turn that the cycle goes at, or None
 
-    def on_cycle(self, words):
+    def on_cycle(self, words: list[str]) -> None:
         kind, *words = words or [""]
         need(kind != "ON" or self.cycle, "a cycle before CYCLE/ON", "none")
         if kind in ("OFF", "CLEAR", "INIT", "ON"):
@@ -40,9 +41,10 @@ class Holes(Moves):
         modal = self.modal
         turning = modal.speed is not None and modal.turning
         need(turning or kind != "TAP", "a turning spindle before CYCLE/TAP", "none")
-        need(modal.speed or not per_turn, "SPINDL with turns per minute before a feed per turn", "none")
         self.cycle_feed = feed if per_turn else None
-        given["feed"] = feed * modal.speed if per_turn else feed
+        if per_turn:
+            feed *= known(modal.speed or None, "SPINDL with turns per minute before a feed per turn", "none")
+        given["feed"] = feed
         need(given["feed"] >= LEAST_FEED, "a feed in the cycle or before it", "none")
         # Creo counts RAPTO from CLEAR downwards, the others have one of both.
         clear, approach = given.get("clearance"), given.pop("approach", None)
@@ -61,7 +63,7 @@ class Holes(Moves):
         need(not self.incremental, "a cycle in absolute coordinates", "MODE/INCR")
         self.cycle = Cycle(kind, **given)
 
-    def parts_of_a_cycle(self, words):
+    def parts_of_a_cycle(self, words: list[str]) -> tuple[dict[str, float], float, bool]:
         """What stands in a cycle, in mm and seconds, and its feed in mm and whether that is per turn."""
         given, feed, per_turn = {}, self.modal.feed, self.modal.per_turn
         while words:
@@ -90,22 +92,23 @@ class Holes(Moves):
                 given[OF_A_CYCLE[word]] = value * self.scale
         return given, feed, per_turn
 
-    def speed_changed(self):
+    def speed_changed(self) -> None:
         super().speed_changed()
         if self.cycle is not None and self.cycle_feed is not None and self.modal.speed:
             self.cycle = replace(self.cycle, feed=self.cycle_feed * self.modal.speed)
 
-    def on_loadtl(self, words):
+    def on_loadtl(self, words: list[str]) -> None:
         need(self.cycle is None, "CYCLE/OFF before the tool is changed", "a cycle that holds")
         super().on_loadtl(words)
 
-    def drill(self, point, axis):
+    def drill(self, cycle: Cycle, point: np.ndarray, axis: np.ndarray) -> None:
         """Add the moves of a hole."""
-        cycle, tapped, modal = self.cycle, self.cycle.kind == "TAP", self.modal
+        tapped = cycle.kind == "TAP"
+        modal = self.modal
         need(not tapped or modal.turning, "a turning spindle before a hole is tapped", "OFF")
         before = float((np.array(self.point) - point) @ axis) if self.point is not None else cycle.clearance
         heights, rapid, bottom = cycle.heights(before)
-        first, after, before = self.count, self.count + bottom + 1, len(self.remarks)
+        first, after, said_before = self.count, self.count + bottom + 1, len(self.remarks)
         self.go(point + np.outer(heights, axis), axis, feed=cycle.feed, rapid=rapid)
         if cycle.dwell:
             self.command("dwell", cycle.dwell, statement=f"DELAY/{cycle.dwell:g}", record=after)
@@ -115,5 +118,5 @@ class Holes(Moves):
                 self.command("spindle", modal.speed, sense, statement=said, record=record)
             self.counts["holes tapped as moves: a floating holder is needed"] += 1
         self.counts["holes of drilling cycles as moves"] += 1
-        commands = tuple(command for _, command in self.remarks[before:])
+        commands = tuple(command for _, command in self.remarks[said_before:] if isinstance(command, Command))
         self.pieces.append(Hole(first, self.count - 1, cycle, commands))

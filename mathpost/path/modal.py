@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass, field
+from typing import Any
 
 # M words that controls have in common or leave to the maker of the machine; they move no axis.
 AUXILIARY = re.compile(r"M(?:0?[01345789]|1[0-689]|2\d|3[1-9]|[4-7]\d|8[0-8])")
@@ -19,9 +20,12 @@ class Command:
     """
 
     kind: str
-    values: tuple
+    values: tuple[Any, ...]
     statement: str  # the words of the CL file
     skip: bool = False  # whether the operator may have it left out (OPSKIP)
+
+
+Remark = tuple[int, str | Command]  # the number of the record that follows, and what stands before it
 
 
 @dataclass
@@ -42,27 +46,28 @@ class Modal:
     tool: int = 1
     length_offset: int | None = None  # numbers of the control's offsets; None is that of the tool
     radius_offset: int | None = None
-    offsets: dict = field(default_factory=dict)  # by TOOLNO, of tools that are still to come
+    # By TOOLNO, of tools that are still to come: length and radius.
+    offsets: dict[int, tuple[int | None, int | None]] = field(default_factory=dict)
 
     @property
-    def lacks_speed(self):
+    def lacks_speed(self) -> bool:
         """Whether nobody knows how fast the feed is."""
         return self.per_turn and not self.speed
 
     @property
-    def feed_per_minute(self):
-        if self.lacks_speed:
-            return math.nan
-        return self.feed * self.speed if self.per_turn else self.feed
+    def feed_per_minute(self) -> float:
+        if not self.per_turn:
+            return self.feed
+        return self.feed * self.speed if self.speed else math.nan
 
-    def load(self, tool, length_offset, radius_offset):
+    def load(self, tool: int, length_offset: int | None, radius_offset: int | None) -> None:
         """Take another tool and the numbers of its offsets, None where nobody says them."""
         before = self.offsets.get(tool, (None, None))
         self.tool = tool
         self.length_offset = before[0] if length_offset is None else length_offset
         self.radius_offset = before[1] if radius_offset is None else radius_offset
 
-    def radius_number(self):
+    def radius_number(self) -> int:
         """The number of the radius offset: stated, or that of the length, or the tool's."""
         for number in (self.radius_offset, self.length_offset):
             if number is not None:

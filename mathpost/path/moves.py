@@ -2,43 +2,51 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError
 from mathpost.path import coordinates
-from mathpost.path.arcs import SAME_RADIUS, arc
-from mathpost.path.cl_lines import REAL, UNIT_TOLERANCE, need
+from mathpost.path.arcs import SAME_RADIUS, Cycle, arc
+from mathpost.path.cl_lines import REAL, UNIT_TOLERANCE, known, need
 from mathpost.path.orders import Orders
-from mathpost.path.pieces import Arc
+from mathpost.path.pieces import Arc, Hole
 from mathpost.rotation import unit, wrap
 
 MOST_TURNS = 1000  # of a helix
 LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
 
+# Centre, axis, full turns before it, and degrees to its end or None.
+Circle = tuple[list[float], list[float], int, float | None]
+
 
 class Moves(Orders):
-    def __init__(self, name, tolerance):
+    def __init__(self, name: str, tolerance: float) -> None:
         super().__init__(name)
         self.tolerance = tolerance
         self.incremental = False
         self.along_z = False  # whether MULTAX/OFF or CSYS has come since the last move
-        self.home, self.tangent, self.cycle = None, None, None
-        self.circle, self.arc_before = None, None  # what is known of the arc that comes, and of one that ended
+        self.home: tuple[list[float], list[float]] | None = None
+        self.tangent: list[float] | None = None
+        self.cycle: Cycle | None = None
+        self.circle: Circle | None = None  # what is known of the arc that comes,
+        self.arc_before: tuple[list[float], list[float]] | None = None  # and centre and axis of one that ended
         self.unconfirmed = False  # whether the tool axis must still say that this is the way the table turned
-        self.normals = {}
-        self.pieces = []  # arcs and holes
+        self.normals: dict[int, list[float]] = {}
+        self.pieces: list[Arc | Hole] = []
 
-    def pose(self, words, *counts):
+    def pose(self, words: list[str], *counts: int) -> tuple[list[float], list[float], list[float]]:
         """The point (mm) or nothing, the axis or the one that holds, and what else so many numbers say."""
         self.settle()
         values = self.numbers(words, *counts)
         return self.mm(values[:3]), values[3:6] or self.axis, values[6:]
 
-    def mm(self, values):
+    def mm(self, values: Sequence[float]) -> list[float]:
         return [value * self.scale for value in values]
 
-    def settle(self):
+    def settle(self) -> None:
         """Be sure before a move in whose coordinates it is.
 
         After MULTAX/OFF and after every CSYS the tool stands along Z, until a word says otherwise.
@@ -52,7 +60,7 @@ class Moves(Orders):
 
     # Moves
 
-    def on_goto(self, words):
+    def on_goto(self, words: list[str]) -> None:
         point, axis, normal = self.pose(words, 3, 6, 9)
         if normal:
             self.contact(axis, normal)
@@ -63,19 +71,19 @@ class Moves(Orders):
         if self.circle is not None:
             centre, normal, turns, angle = self.circle
             self.circle = None
-            need(self.point, "an arc in the coordinate system of its start", "a different one")
+            before = known(self.point, "an arc in the coordinate system of its start", "a different one")
             if angle is not None:
                 normal = self.sense(point, centre, normal, angle)
-            self.sweep(point, axis, centre, normal, turns)
+            self.sweep(before, point, axis, centre, normal, turns)
             self.arc_before = centre, normal
         elif self.cycle is not None:
-            self.drill(np.array(point), np.array(axis))
+            self.drill(self.cycle, np.array(point), np.array(axis))
         else:
             if arc_before is not None and self.leads_to_its_circle(point, *arc_before):
                 self.counts["lines from the end of an arc to a point of its circle"] += 1
             self.go(point, axis)
 
-    def contact(self, axis, normal):
+    def contact(self, axis: list[float], normal: list[float]) -> None:
         """Keep the surface's normal where the tool touches it: for tools other than that of the CL data."""
         outwards = abs(np.linalg.norm(normal) - 1) <= UNIT_TOLERANCE and np.dot(normal, axis) >= -UNIT_TOLERANCE
         need(outwards, "a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
@@ -84,25 +92,26 @@ class Moves(Orders):
             3:, 0
         ].tolist()
 
-    def on_godlta(self, words):
+    def on_godlta(self, words: list[str]) -> None:
         self.settle()
         values = self.mm(self.numbers(words, 1, 3))
         self.go(self.shifted(values if len(values) == 3 else np.multiply(values, self.axis)), self.axis)
 
-    def shifted(self, values):
-        need(self.point, "FROM or GOTO before an incremental move", "none")
-        return np.add(self.point, values).tolist()
+    def shifted(self, values: ArrayLike) -> list[float]:
+        before = known(self.point, "FROM or GOTO before an incremental move", "none")
+        return np.add(before, values).tolist()
 
-    def on_from(self, words):
+    def on_from(self, words: list[str]) -> None:
         self.home = self.point, self.axis = self.pose(words, 3, 6)[:2]
         self.remark()
 
-    def on_gohome(self, words):
+    def on_gohome(self, words: list[str]) -> None:
         point, axis, _ = self.pose(words, 0, 3, 6)
-        need(point or self.home, "FROM before GOHOME: nothing else says where home is", "none")
-        self.go(*((point, axis) if point else self.home), rapid=True)
+        if not point:
+            point, axis = known(self.home, "FROM before GOHOME: nothing else says where home is", "none")
+        self.go(point, axis, rapid=True)
 
-    def on_tlaxis(self, words):
+    def on_tlaxis(self, words: list[str]) -> None:
         self.settle()
         values = self.numbers(words, 3)
         length = math.hypot(*values)
@@ -110,14 +119,14 @@ class Moves(Orders):
         self.axis = (self.coordinates.turned.T @ values).tolist()  # the table turns, TLAXIS is said in the part
         self.unconfirmed = bool(self.coordinates.table.any())
 
-    def on_multax(self, words):
+    def on_multax(self, words: list[str]) -> None:
         need(words in ([], ["ON"], ["OFF"]), "MULTAX, MULTAX/ON or MULTAX/OFF")
         off = words == ["OFF"]
         self.along_z = self.along_z or off
         self.coordinates.say(multax=not off)
         self.remark()
 
-    def on_mode(self, words):
+    def on_mode(self, words: list[str]) -> None:
         if self.statement.upper().startswith("SET"):
             if words[:1] == ["OFSETL"]:
                 need(len(words) == 2, "SET/OFSETL and the number of an offset")
@@ -132,7 +141,7 @@ class Moves(Orders):
 
     # Arcs
 
-    def on_circle(self, words):
+    def on_circle(self, words: list[str]) -> None:
         """The tool goes to the next GOTO on this circle.
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
@@ -145,15 +154,17 @@ class Moves(Orders):
         need(turns in range(1, MOST_TURNS + 1), f"TIMES, and a whole number from 1 to {MOST_TURNS}", f"{turns:g}")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
         values = self.numbers(words[:-1] if turned else words, 6, 7, 11)  # centre, axis, radius …
-        here = self.point and not self.incremental and not self.cycle
-        need(here, "CIRCLE after a move, in absolute coordinates and outside a cycle")
+        expected = "CIRCLE after a move, in absolute coordinates and outside a cycle"
+        before = known(self.point, expected)
+        need(not self.incremental and not self.cycle, expected)
         centre, sign = self.mm(values[:3]), turned or (-1 if len(values) == 11 else 1)
         self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, None
-        radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
+        axis = np.array(values[3:6])
+        radius = math.dist(np.cross(axis, np.array(before)), np.cross(axis, np.array(centre)))
         for stated in self.mm(values[6:7]):
             need(abs(radius - stated) <= SAME_RADIUS, f"a start {stated:g} mm from the centre", f"{radius:.4f}")
 
-    def on_movarc(self, words):
+    def on_movarc(self, words: list[str]) -> None:
         """The arc of ISO 4343, as Autodesk writes it: centre, axis and radius, also named, and the angle."""
         names, words = words, [word for word in words if word not in ("CENTER", "AXIS", "RADIUS")]
         angle = None
@@ -161,15 +172,15 @@ class Moves(Orders):
             angle, words = self.number(",".join(words[8:])), words[:7]
         turns = words[7:] if words[7:8] == ["TIMES"] else []
         named = len(words) < len(names)
-        known = len(words) == 7 + len(turns) and (named or angle is not None)
-        need(known, "MOVARC/ 7 numbers and ANGLE, or CENTER, AXIS and RADIUS with theirs")
+        complete = len(words) == 7 + len(turns) and (named or angle is not None)
+        need(complete, "MOVARC/ 7 numbers and ANGLE, or CENTER, AXIS and RADIUS with theirs")
         self.numbers(words[:7], 7)
         self.on_circle([*words[:7], *turns])
-        if angle is not None:
+        if angle is not None and self.circle is not None:
             centre, normal, *_ = self.circle
             self.circle = centre, normal, int(max(angle - 1e-3, 0) // 360), angle
 
-    def sense(self, point, centre, normal, angle):
+    def sense(self, point: list[float], centre: list[float], normal: list[float], angle: float) -> list[float]:
         """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
         start, end = np.array(self.point) - centre, np.array(point) - centre
         across, along = np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end)
@@ -179,62 +190,72 @@ class Moves(Orders):
                 return [sign * component for component in normal]
         raise InputError("", f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
 
-    def leads_to_its_circle(self, point, centre, normal):
+    def leads_to_its_circle(self, point: list[float], centre: list[float], normal: list[float]) -> bool:
         """Whether a line leads from the end of an arc to a point on its circle that the arc could go on to.
 
         It is a line: of 44 in public files of Creo 34 are followed by a CIRCLE about the same centre, which could
         have begun before them, and where Creo writes points on an arc they are as dense as those on any curve.
         """
         start, end = np.array(self.point) - centre, np.array(point) - centre
-        radius, chord = np.linalg.norm(start), np.linalg.norm(end - start)
-        on_it = abs(np.linalg.norm(end) - radius) < 1e-3 and abs((end - start) @ normal) < 1e-3
+        radius = float(np.linalg.norm(start))
+        chord = float(np.linalg.norm(end - start))
+        on_it = abs(float(np.linalg.norm(end)) - radius) < 1e-3 and abs(float((end - start) @ normal)) < 1e-3
         return on_it and radius - math.sqrt(max(radius**2 - chord**2 / 4, 0)) > self.tolerance
 
-    def on_indirv(self, words):
+    def on_indirv(self, words: list[str]) -> None:
         self.tangent = self.numbers(words, 3)
 
-    def on_tlon(self, words):
+    def on_tlon(self, words: list[str]) -> None:
         """CATIA's arcs: from where the tool is, in the direction of INDIRV, to a line from the centre."""
         found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(self.statement.upper())}
         sizes = {name: len(values) for name, values in found.items()}
         tangent, self.tangent = self.tangent, None
-        need(self.point and tangent, "a move and INDIRV before TLON,GOFWD", "none")
+        before = known(self.point, "a move and INDIRV before TLON,GOFWD", "none")
+        tangent = known(tangent, "a move and INDIRV before TLON,GOFWD", "none")
         if sizes == {"CIRCLE": 4, "LINE": 6}:  # a circle in a plane Z
-            values, axis, end = found["CIRCLE"], [0.0, 0.0, 1.0], found["LINE"][3:]
+            values, axis, towards = found["CIRCLE"], [0.0, 0.0, 1.0], found["LINE"][3:]
         elif sizes == {"CYLNDR": 7, "POINT": 3}:
-            values, axis, end = found["CYLNDR"], found["CYLNDR"][3:6], found["POINT"]
+            values, axis, towards = found["CYLNDR"], found["CYLNDR"][3:6], found["POINT"]
         else:
             raise InputError("", "(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)", None)
-        centre, end = (np.array(self.mm(each[:3])) for each in (values, end))
-        start, normal = np.array(self.point), np.array(axis)
+        centre, end = (np.array(self.mm(each[:3])) for each in (values, towards))
+        start, normal = np.array(before), np.array(axis)
         spoke = end - centre - (end - centre) @ normal * normal
         need(np.linalg.norm(spoke) > 0, "an end off the centre of the arc", "the centre")
         height = (start - centre) @ normal
         end = centre + spoke * values[-1] * self.scale / np.linalg.norm(spoke) + height * normal
         ahead = np.cross(normal, start - centre) @ tangent
-        self.sweep(end, self.axis, centre, normal if ahead > 0 else -normal)
+        self.sweep(before, end, self.axis, centre, normal if ahead > 0 else -normal)
 
-    def sweep(self, point, axis, centre, normal, turns=0):
-        """Add an arc as chords, and full turns before it."""
+    def sweep(
+        self, before: list[float], point: ArrayLike, axis: list[float], centre: ArrayLike, normal: ArrayLike,
+        turns: int = 0,
+    ) -> None:  # fmt: skip
+        """Add an arc from where the tool was before as chords, and full turns before it."""
         need(not self.rapid, "an arc at a feed", "RAPID")
         need(np.allclose(axis, self.axis, atol=1e-6), "a tool axis that stands still on an arc", "one that turns")
-        start = self.count - 1
-        self.go(arc(self.point, point, centre, normal, self.tolerance, turns), axis)
-        if start >= 0:  # or it begins where FROM says
-            place = self.coordinates.placed(np.array([[*centre, *unit(np.array(normal, dtype=float))]]).T)[:, 0]
-            self.pieces.append(Arc(start, self.count - 1, tuple(place[:3].tolist()), tuple(place[3:].tolist())))
+        first = self.count - 1
+        self.go(arc(before, point, centre, normal, self.tolerance, turns), axis)
+        if first >= 0:  # or it begins where FROM says
+            line = np.concatenate([np.asarray(centre), unit(normal)])
+            x, y, z, i, j, k = self.coordinates.placed(line[:, None])[:, 0].tolist()
+            self.pieces.append(Arc(first, self.count - 1, (x, y, z), (i, j, k)))
         self.counts[f"arcs as chords {self.tolerance:g} mm"] += 1
+
+    def drill(self, cycle: Cycle, point: np.ndarray, axis: np.ndarray) -> None:
+        """Add the moves of a hole."""
+        raise NotImplementedError
 
     # In whose coordinates
 
-    def on_msys(self, words):
+    def on_msys(self, words: list[str]) -> None:
         """NX: the origin of the coordinate system, its X and its Y."""
         origin, x, y = np.reshape(self.numbers(words, 9), (3, 3))
         need(self.coordinates.first is not None or not self.count, "MSYS before the first move", "moves before it")
         rotation = np.column_stack([x, y, np.cross(x, y)])
         self.enter(self.coordinates.enter(rotation, origin * self.scale, coordinates.MSYS))
 
-    def on_csys(self, words):
+    def on_csys(self, words: list[str]) -> None:
         """The rows of a matrix of 3 by 4; what it means is said in `mathpost.path.coordinates`."""
         matrix = np.reshape(self.numbers(words, 12), (3, 4)) * [1, 1, 1, self.scale]
         coordinates.need_right_handed(matrix[:, :3])
@@ -243,40 +264,40 @@ class Moves(Orders):
         self.coordinates.say(csys=matrix)
         self.along_z = True
 
-    def on_trntyp(self, words):
+    def on_trntyp(self, words: list[str]) -> None:
         need(words[:1] == ["WORLD"], "TRNTYP/WORLD,0,0,0")
         self.coordinates.say(world=True)
         self.on_origin(words[1:])
 
-    def on_origin(self, words):
+    def on_origin(self, words: list[str]) -> None:
         need(not any(self.numbers(words)), "zeros, which change nothing; let the CAM system write it shifted")
         self.remark()
 
-    def enter(self, another):
+    def enter(self, another: bool) -> None:
         if another:
             self.counts["changes of the coordinate system, brought into the first"] += 1
             self.point = None  # nobody has said it in these coordinates
 
-    def on_rotabl(self, words):
+    def on_rotabl(self, words: list[str]) -> None:
         """The table turns, and the points that follow are in coordinates that stand still while the part turns.
 
         SolidWorks writes TABLE, and radians from the zero of the table. Others write degrees, from the zero with
         ATANGL.
         """
-        known = {"TABLE", "CCLW", "CLW", "ATANGL", "INCR"}
+        others = {"TABLE", "CCLW", "CLW", "ATANGL", "INCR"}
         axes = [word for word in words if word in ("AAXIS", "BAXIS", "CAXIS")]
         numbers = [word for word in words if REAL.fullmatch(word)]
-        one_each = len(axes) == len(numbers) == 1 and {*words} <= {*axes, *numbers, *known}
+        one_each = len(axes) == len(numbers) == 1 and {*words} <= {*axes, *numbers, *others}
         need(one_each, "ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW")
         need(not self.incremental and self.cycle is None, "ROTABL in absolute coordinates and outside a cycle")
         angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
         turn = angle if "TABLE" in words else math.radians(angle)
-        from_zero = {"TABLE", "ATANGL"} & {*words} and "INCR" not in words
+        from_zero = not {"TABLE", "ATANGL"}.isdisjoint(words) and "INCR" not in words
         turned, another = self.coordinates.turn_table("ABC".index(axes[0][0]), turn, from_zero)
         self.axis, self.unconfirmed = (turned @ self.axis).tolist(), True
         self.enter(another)
 
-    def confirm_turn(self, axis):
+    def confirm_turn(self, axis: list[float]) -> None:
         """Once after ROTABL: the tool axis must say that this is the way the table has turned."""
         if self.unconfirmed:
             self.coordinates.confirm_turn(axis)

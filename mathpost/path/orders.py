@@ -7,8 +7,11 @@ writes them).
 
 import math
 import re
+from typing import Any
 
-from mathpost.path.cl_lines import REAL, Lines, need
+from numpy.typing import ArrayLike
+
+from mathpost.path.cl_lines import REAL, Lines, known, need
 from mathpost.path.modal import AUXILIARY, Command, Modal
 
 MM_PER_INCH = 25.4
@@ -38,27 +41,27 @@ SKIPPED = ("spindle", "coolant", "dwell", "stop", "optional stop", "verbatim")
 class Orders(Lines):
     """Takes statements that do not move the tool; ``on_word`` takes what stands behind the slash of that word."""
 
-    def __init__(self, name):
+    def __init__(self, name: str) -> None:
         super().__init__(name)
         self.modal, self.units_stated = Modal(), False
 
-    def command(self, kind, *values, statement=None, record=None):
+    def command(self, kind: str, *values: Any, statement: str | None = None, record: int | None = None) -> None:
         skip = self.modal.skip
         need(not skip or kind in SKIPPED, "OPSKIP/OFF first: what may be left out cannot be proved", "OPSKIP/ON")
         self.remark(Command(kind, values, statement or self.statement, skip), record)
 
     # Units and feeds
 
-    def on_units(self, words):
+    def on_units(self, words: list[str]) -> None:
         scales = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
         need(len(words) == 1 and words[0] in scales, "UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
         self.scale, self.units_stated = scales[words[0]], True
 
-    def on_rapid(self, words):
+    def on_rapid(self, words: list[str]) -> None:
         need(not words, "RAPID, or RAPID/ and nothing")  # MODAL, or a feed that the control does not take from it
         self.rapid = True
 
-    def on_fedrat(self, words):
+    def on_fedrat(self, words: list[str]) -> None:
         if words == ["RAPID"]:
             self.rapid = True
             return
@@ -74,38 +77,40 @@ class Orders(Lines):
         need(self.modal.feed > 0, f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
         self.speed_changed()
 
-    def feed_of(self, value, unit):
+    def feed_of(self, value: float, unit: str) -> tuple[float, bool]:
         """Return a feed in mm, and whether it is per turn."""
         stated = self.units_stated or unit not in IN_INCHES
         need(stated, "UNITS/MM or UNITS/INCH before a feed in inches: the points may be inches, too", "none")
         size, per_turn = FEED_UNITS[unit]
         return value * (self.scale if size is None else size), per_turn
 
-    def speed_changed(self):
+    def speed_changed(self) -> None:
         """A feed per turn follows the spindle."""
         self.feed = self.modal.feed_per_minute
         least = f"a feed above 0, at least {LEAST_FEED:g} mm/min"
         need(math.isnan(self.feed) or self.feed >= LEAST_FEED, least, f"{self.feed:g}")
 
-    def go(self, points, axis, **options):
+    def go(self, points: ArrayLike, axis: ArrayLike, **options: Any) -> None:
         """Add records, if it is known how fast the tool goes there, and that it goes."""
         need(
             not self.modal.skip, "OPSKIP/OFF before a move: one that may be left out cannot be proved", "OPSKIP/ON"
         )
-        timed = "feed" in options or options.get("rapid", self.rapid)
-        known = timed or not self.modal.lacks_speed
-        need(known, "SPINDL with turns per minute before a move with a feed per turn", "none")
+        timed = "feed" in options or options.get("rapid", self.rapid) or not self.modal.lacks_speed
+        need(timed, "SPINDL with turns per minute before a move with a feed per turn", "none")
         super().go(points, axis, **options)
 
     # Tools and their offsets
 
-    def on_load(self, words):
+    def on_load(self, words: list[str]) -> None:
         need(words[:1] == ["TOOL"], "LOAD/TOOL, and a number")
         self.on_loadtl(words[1:])
 
-    def on_loadtl(self, words):
+    def on_loadtl(self, words: list[str]) -> None:
         said, *words = words or [""]
-        number, length, statement, offsets = self.number(said), None, None, []
+        number = self.number(said)
+        length: float | None = None
+        statement: str | None = None
+        offsets: list[int] = []
         need(number == int(number) and 0 <= number <= LARGEST_TOOL, "the number of a tool", said)
         while words:
             word, *words = words
@@ -126,30 +131,30 @@ class Orders(Lines):
             statement = f"LOADTL/{int(number)},LENGTH,{length:g}" + f",OSETNO{registers}" * bool(offsets)
         self.command("tool", int(number), length, self.modal.length_offset, statement=statement)
 
-    def offsets(self, words):
+    def offsets(self, words: list[str]) -> tuple[list[int], list[str]]:
         """The numbers of a length offset and, if there is one, of a radius offset; and the words behind them."""
         taken = 2 if len(words) > 1 and words[1].isdigit() else 1
         return [self.offset(word) for word in words[:taken] or [""]], words[taken:]
 
-    def offset(self, word):
+    def offset(self, word: str) -> int:
         whole = word.isdigit() and int(word) <= LARGEST_OFFSET
         need(whole, f"the number of an offset, whole and up to {LARGEST_OFFSET}", repr(word))
         self.counts["numbers of offsets, which a control that has none takes from the tool's"] += 1
         return int(word)
 
-    def on_toolno(self, words):
+    def on_toolno(self, words: list[str]) -> None:
         """What a tool is like; the numbers of its offsets hold when it is loaded."""
         if "OSETNO" in words and words[0].isdigit():
             offsets, _ = self.offsets(words[words.index("OSETNO") + 1 :])
-            self.modal.offsets[int(words[0])] = (*offsets, *[None] * (2 - len(offsets)))
+            self.modal.offsets[int(words[0])] = offsets[0], offsets[1] if len(offsets) > 1 else None
         self.remark()
 
-    def set_offset(self, word):
+    def set_offset(self, word: str) -> None:
         """The length offset of the tool is from here on that of another number."""
         self.modal.length_offset = self.offset(word)
         self.command("offset", self.modal.length_offset)
 
-    def on_cutcom(self, words):
+    def on_cutcom(self, words: list[str]) -> None:
         side, number, length = None, None, None
         while words:
             word, *words = words
@@ -180,7 +185,7 @@ class Orders(Lines):
 
     # Spindle, coolant, stops
 
-    def on_spindl(self, words):
+    def on_spindl(self, words: list[str]) -> None:
         numbers, switched, geared, modal = [], [], False, self.modal
         need(words, "SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", "nothing")
         while words:
@@ -195,8 +200,8 @@ class Orders(Lines):
             elif word in SENSES:
                 modal.sense = SENSES[word]
             else:
-                known = word in ("RPM", "ON", "OFF", "STOP")
-                need(known, "SPINDL/ a number, RPM, CLW or CCLW, RANGE, ON or OFF", repr(word))
+                switch = word in ("RPM", "ON", "OFF", "STOP")
+                need(switch, "SPINDL/ a number, RPM, CLW or CCLW, RANGE, ON or OFF", repr(word))
                 switched.append(word)
         need(len(numbers) < 2, "SPINDL/ one number", f"{len(numbers)}")
         modal.turning = not {"OFF", "STOP"} & {*switched}
@@ -208,7 +213,7 @@ class Orders(Lines):
         self.speed_changed()
         self.command("spindle", modal.speed if numbers else None, modal.sense if modal.turning else "OFF")
 
-    def on_coolnt(self, words):
+    def on_coolnt(self, words: list[str]) -> None:
         expected = "COOLNT/ON, FLOOD, MIST, THRU, AIR, TAP or OFF"
         kinds = [word for word in words if word in COOLANTS]
         others = {*words} - {*kinds, "ON", "OFF", *RANGES}
@@ -219,29 +224,29 @@ class Orders(Lines):
         else:
             self.command("coolant", self.modal.coolant)
 
-    def on_stop(self, words):
+    def on_stop(self, words: list[str]) -> None:
         self.command("optional stop" if self.statement.upper().startswith("OP") else "stop")
 
-    def on_delay(self, words):
+    def on_delay(self, words: list[str]) -> None:
         turns, words = "REV" in words, [word for word in words if word != "REV"]
         need(len(words) == 1, "DELAY/ seconds, or DELAY/ turns,REV")
         self.command("dwell", self.seconds(self.number(words[0]), turns))
 
-    def seconds(self, number, turns):
+    def seconds(self, number: float, turns: bool) -> float:
         """How long a delay is that is said in seconds or in turns of the spindle."""
         if not turns:
             return number
-        need(self.modal.speed, "SPINDL with turns per minute before a delay in turns", "none")
-        return number * 60 / self.modal.speed
+        speed = known(self.modal.speed or None, "SPINDL with turns per minute before a delay in turns", "none")
+        return number * 60 / speed
 
-    def on_opskip(self, words):
+    def on_opskip(self, words: list[str]) -> None:
         need(words in (["ON"], ["OFF"]), "OPSKIP/ON or OFF")
         self.modal.skip = words == ["ON"]
         self.remark()
 
     # Words that stand in the program as they are
 
-    def insert(self):
+    def insert(self) -> None:
         """APT writes the text of INSERT into the program as it is; SolidWorks, with a slash, its remarks."""
         text = self.statement[len("INSERT") :].strip()
         slash, text = text.startswith("/"), text.removeprefix("/").strip()
@@ -253,11 +258,11 @@ class Orders(Lines):
             need(comment, "INSERT of M words, or of a comment: other words could move the tool", repr(text))
             self.remark()
 
-    def verbatim(self, words):
+    def verbatim(self, words: list[str]) -> None:
         allowed = all(AUXILIARY.fullmatch(word) for word in words)
         need(allowed, "M words that move nothing, M0 to M88: others could move the tool", repr(" ".join(words)))
         self.command("verbatim", " ".join(words))
 
-    def on_auxfun(self, words):
+    def on_auxfun(self, words: list[str]) -> None:
         need(len(words) == 1 and words[0].isdigit(), "AUXFUN/ the number of an M word")
         self.verbatim([f"M{int(words[0])}"])

@@ -6,10 +6,15 @@ together from `Column`s. The loops over the characters are plain Python; for a l
 Numba is installed.
 """
 
+from __future__ import annotations
+
 import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import AnyStr
 
 import numpy as np
 
@@ -51,13 +56,13 @@ class Pattern:
            [  2.  ,    nan]]), array([ True,  True, False]))
     """
 
-    def __init__(self, items, *, blanks=False):
+    def __init__(self, items: Sequence[Item], *, blanks: bool = False) -> None:
         self.literals = [item.literal for item in items]
         kinds = np.array([("", "count", "number").index(item.holds) for item in items])
         optional = np.array([item.optional for item in items])
         self.arrays = *_characters(self.literals), kinds, optional, blanks
 
-    def match(self, block, parts=1.0):
+    def match(self, block: bytes, parts: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
 
         `parts` is how many such blocks the whole text has, for it to be known whether machine code is worth it.
@@ -70,7 +75,7 @@ class Pattern:
         return values, plain
 
 
-class Reader:
+class Reader(ABC):
     """Takes the lines of a text one after the other: runs of plain ones together, the others one by one.
 
     Those who know the language have `pattern`; `fits(values)` and `takes_plain()`, which lines are plain to the
@@ -78,18 +83,30 @@ class Reader:
     of one line.
     """
 
-    def takes_plain(self):
+    pattern: Pattern
+
+    @abstractmethod
+    def fits(self, values: np.ndarray) -> np.ndarray: ...
+
+    @abstractmethod
+    def take_plain(self, values: np.ndarray) -> None: ...
+
+    @abstractmethod
+    def take_line(self, raw: bytes) -> None: ...
+
+    def takes_plain(self) -> bool:
         return True
 
-    def take_all(self, content):
+    def take_all(self, content: AnyStr) -> None:
         """Take all lines of bytes, or of a text."""
-        start, end = 0, "\n" if isinstance(content, str) else b"\n"
+        start = 0
+        end = "\n" if isinstance(content, str) else b"\n"
         while start < len(content):
             stop = content.find(end, start + BLOCK) + 1 or len(content)
             self._take_block(content[start:stop], len(content) / (stop - start))
             start = stop
 
-    def _take_block(self, block, parts):
+    def _take_block(self, block: bytes | str, parts: float) -> None:
         if isinstance(block, str):
             block = block.encode("utf-8", "surrogatepass")
         block += b"" if block.endswith(b"\n") else b"\n"
@@ -117,7 +134,7 @@ class Column:
     shown: np.ndarray | None = None  # which lines hold it; by default all
 
 
-def lines(columns, first, stop):
+def lines(columns: Sequence[Column], first: int, stop: int) -> Iterator[str]:
     """Yield the text of the lines from `first` to `stop`, many at a time; a `Column` ends them."""
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
     write = _loops(stop - first)[1]
@@ -138,13 +155,13 @@ def lines(columns, first, stop):
         yield out[:end].tobytes().decode("ascii")
 
 
-def held(values, before):
+def held(values: np.ndarray, before: float) -> np.ndarray:
     """Replace NaN by the last number before it, or by `before`."""
     last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(1, len(values) + 1)))
     return np.concatenate([[before], values])[last]
 
 
-def _characters(texts):
+def _characters(texts: Iterable[str]) -> tuple[np.ndarray, np.ndarray]:
     """ASCII texts as rows of bytes, and their sizes."""
     texts = list(texts)
     width = max(1, *map(len, texts))
@@ -152,18 +169,27 @@ def _characters(texts):
     return rows.reshape(len(texts), width), np.array([len(text) for text in texts])
 
 
-def _loops(lines):
+def _loops(lines: float) -> tuple[Callable, Callable]:
     """The loops `_match` and `_write`: machine code if a text of that many lines is worth it, or it is there."""
     return _compiled() if lines >= WORTH or _compiled.cache_info().currsize else (_match, _write)
 
 
 @cache
-def _compiled():
+def _compiled() -> tuple[Callable, Callable]:
     """The loops as machine code, or as they are if Numba is not installed."""
     return compiled(_match, _skipped, _number), compiled(_write, _written)
 
 
-def _match(text, literals, sizes, kinds, optional, blanks, values, plain):
+def _match(
+    text: bytes,
+    literals: np.ndarray,
+    sizes: np.ndarray,
+    kinds: np.ndarray,
+    optional: np.ndarray,
+    blanks: bool,
+    values: np.ndarray,
+    plain: np.ndarray,
+) -> None:
     """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`."""
     at = 0
     for line in range(len(plain)):
@@ -191,13 +217,13 @@ def _match(text, literals, sizes, kinds, optional, blanks, values, plain):
         at += 1
 
 
-def _skipped(text, at, blanks):
+def _skipped(text: bytes, at: int, blanks: bool) -> int:
     while blanks and text[at] == BLANK:
         at += 1
     return at
 
 
-def _number(text, at, with_sign_and_point):
+def _number(text: bytes, at: int, with_sign_and_point: bool) -> tuple[int, float]:
     """Return where the number at this place ends, and what `float` makes of it; 0 and 0 if it is not plain."""
     negative = text[at] == MINUS
     if with_sign_and_point and (negative or text[at] == PLUS):
@@ -218,7 +244,15 @@ def _number(text, at, with_sign_and_point):
     return at, -size if negative else size
 
 
-def _write(out, literals, sizes, shown, values, decimals, plus):
+def _write(
+    out: np.ndarray,
+    literals: np.ndarray,
+    sizes: np.ndarray,
+    shown: np.ndarray,
+    values: np.ndarray,
+    decimals: np.ndarray,
+    plus: np.ndarray,
+) -> int:
     """Write lines into `out`, and return where they end, or 0 if a number is too large.
 
     `plus` is the sign of a number that is not negative, or 0.
@@ -245,7 +279,7 @@ def _write(out, literals, sizes, shown, values, decimals, plus):
     return at
 
 
-def _written(out, at, whole, decimals):
+def _written(out: np.ndarray, at: int, whole: np.uint64, decimals: int) -> int:
     """Write `whole`, a point before its last `decimals` digits if there are any, and return where that ends."""
     count, rest = 1, whole // TEN
     while rest:

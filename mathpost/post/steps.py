@@ -5,7 +5,6 @@ Each is a function of the path, of what the steps before it made, and of the opt
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -356,7 +355,8 @@ def refuse_turning_compensation(path: ToolPath, blocks: Blocks) -> None:
     """Refuse a rotary axis that moves while the control compensates the radius of the cutter, in its X-Y plane."""
     heads = [joint.carries == "tool" for joint in path.kin.machine.rotary]
     switched = commands(blocks.remarks, "compensation")
-    for (first, side), (last, _) in pairwise([*switched, (len(blocks.words), None)]):
+    ends = [first for first, _ in switched[1:]] + [len(blocks.words)]
+    for (first, side), last in zip(switched, ends, strict=False):
         rotary = blocks.words[max(first - 1, 0) : last + 1, 3:]
         turned = np.ptp(rotary, axis=0).any() or rotary[:1, heads].any()
         if side.values[0] != "OFF" and (blocks.tcp[first:last].any() or turned):
