@@ -4,12 +4,17 @@ The files are in `data/controls`; `heidenhain.toml` explains every key. A file o
 them and state only what is different.
 """
 
+from __future__ import annotations
+
 import re
 import textwrap
 import unicodedata
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
 
 from mathpost.controls.coordinates import POSITIONING
 from mathpost.controls.geometry import Group, geometry_of
@@ -18,7 +23,7 @@ from mathpost.controls.phrases import Arcs, Cycles, Tilted, arcs_of, cycles_of, 
 from mathpost.errors import NUMBER, InputError
 from mathpost.files import data_file, read_text
 from mathpost.machine import Machine
-from mathpost.path.modal import AUXILIARY
+from mathpost.path.modal import AUXILIARY, Command
 from mathpost.plane.tilted_plane import NOTATIONS
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
 
@@ -37,6 +42,7 @@ BETWEEN_BLOCKS = {
 LINES = each(str), "a list of lines"
 TEMPLATES = "a list of lines, in them {0}, {1} and {edge} only"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
+Count = TypeVar("Count", int, np.ndarray)
 NUMBER_ROOM = 8  # characters of a line, for its block number
 TRUTH = only_if(lambda value: isinstance(value, bool))
 DIGITS = only_if(lambda value: value == int(value) and 0 <= value <= 6, a_number)
@@ -95,7 +101,7 @@ class Control:
         """Return the lines of a command, its values and the numbers of the tool and its offset put in."""
         return [line.format(*values, **numbers) for line in self.commands.get(command, ())]
 
-    def said(self, command) -> list[str]:
+    def said(self, command: Command) -> list[str]:
         """Return the lines of a `mathpost.path.modal.Command` that needs no move."""
         value = command.values[0] if command.values else None
         if command.kind == "verbatim":
@@ -119,7 +125,7 @@ class Control:
         """Return a line with the number of a block that comes after so many others."""
         return line if self.number is None else f"{self.number}{self.numbers(before)} {line}"
 
-    def numbers(self, before):
+    def numbers(self, before: Count) -> Count:
         """The number of a block that comes after so many others, an int or an array of them."""
         if self.last is None:
             return self.first + self.step * before
@@ -132,7 +138,7 @@ class Control:
         return re.compile(rf"{begin}[^{begin}{end}]*{end}" if end else f"{begin}.*")
 
     @cached_property
-    def words(self) -> "Words":
+    def words(self) -> Words:
         """All words that are understood when they are read."""
         known = dict(self.read)
         for command in ("TCP on", "TCP off"):
@@ -150,13 +156,14 @@ class Control:
 class Words:
     """Words with their meanings: `match` finds the one that a text begins with, the most literal of several."""
 
-    def __init__(self, known: dict[str, str]):
+    def __init__(self, known: dict[str, str]) -> None:
         ordered = sorted(known.items(), key=lambda item: (-len(re.sub(r"{.*?}", "", item[0])), item[0]))
         patterns = [
             *((_pattern(word), meaning) for word, meaning in ordered),
             (rf"{AUXILIARY.pattern}(?![\d.])", "skip"),
         ]
-        self.meanings, group = {}, 1
+        self.meanings: dict[int, tuple[str, int]] = {}
+        group = 1
         for pattern, meaning in patterns:
             inside = re.compile(pattern).groups
             self.meanings[group] = meaning, inside
@@ -183,7 +190,7 @@ FIELDS = {
 }
 
 
-def _pattern(word):
+def _pattern(word: str) -> str:
     """A word of a control file as a regular expression; M3 may be written M03."""
     text = re.escape(word).replace(r"\ ", r"\s*")
     for name, pattern in FIELDS.items():
@@ -224,7 +231,7 @@ def names() -> list[str]:
     return [path.stem for path in sorted(data_file("controls").glob("*.toml"))]
 
 
-def _with_line(path, where):
+def _with_line(path: Path, where: str) -> str:
     """`where` with the line of the key that it names, if the key stands in this file."""
     key = re.search(r"key '([^']+)'", where)
     for number, line in enumerate(read_text(path).splitlines(), 1):
@@ -233,7 +240,7 @@ def _with_line(path, where):
     return where
 
 
-def _find(name):
+def _find(name: str) -> Path:
     if Path(name).suffix == ".toml" or Path(name).exists():
         return Path(name)
     if name not in names():
@@ -241,7 +248,7 @@ def _find(name):
     return data_file(f"controls/{name}.toml")
 
 
-def _with_inherited(path, heirs):
+def _with_inherited(path: Path, heirs: tuple[str, ...]) -> dict[str, Any]:
     """The content of a file, table by table over that of the file that it inherits from."""
     content = read_toml(path)
     parent = content.pop("inherits", None)
@@ -256,7 +263,7 @@ def _with_inherited(path, heirs):
     return inherited
 
 
-def _templates(lines):
+def _templates(lines: list[str]) -> list[str]:
     """Lines whose fields are those of a command: its values by number, and the edge of the tool."""
     for line in LINES[0](lines):
         try:

@@ -6,8 +6,10 @@ switched. What is *resolved* counts from the machine file's workpiece origin: jo
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
@@ -24,7 +26,8 @@ POSITIONING = ("fanuc", "heidenhain", "siemens")
 class Setup:
     """What stands in the control's tables and not in the program."""
 
-    offsets: dict[str, tuple] = field(default_factory=dict)  # origins by the word that calls them, mm, as in G55
+    # Origins by the word that calls them, mm, as in G55.
+    offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
     # Lengths by the number or name of the tool, mm; None: nobody asks for them, all tools are the machine file's.
     lengths: dict[str, float] | None = None
     start: dict[str, float] = field(default_factory=dict)  # words of axes before the first block, mm and degrees
@@ -33,7 +36,7 @@ class Setup:
 class Coordinates:
     """The words X Y Z and of the rotary axes that hold, shape (j,), mm and degrees, NaN where nobody knows them."""
 
-    def __init__(self, machine: Machine, setup: Setup):
+    def __init__(self, machine: Machine, setup: Setup) -> None:
         self.machine, self.setup = machine, setup
         self.words = np.full(len(machine.joint_names), np.nan)
         for axis, name in enumerate(machine.joint_names):
@@ -74,7 +77,7 @@ class Coordinates:
         """Nobody knows where the machine stands."""
         self.words[:] = np.nan
 
-    def change(self, **state) -> None:
+    def change(self, **state: Any) -> None:
         """Switch TCP, a plane, a shift or a work offset: the machine stands still, its words change."""
         point, on_tip = self.resolved(self.words[:3]), self.on_tip
         for name, value in state.items():
@@ -101,7 +104,7 @@ class Coordinates:
             place[axis] = value - self.machine.slides[axis] if axis < 3 else value
         return place
 
-    def angles_for(self, plane: Plane, rule: str, **choice) -> np.ndarray:
+    def angles_for(self, plane: Plane, rule: str, **choice: Any) -> np.ndarray:
         """Return the rotary angles, degrees, that a control goes to for a plane from where its axes stand.
 
         `rule` is one of `POSITIONING`; axes that stand nobody knows where are taken to be at 0.
@@ -110,7 +113,7 @@ class Coordinates:
         choose: Callable = getattr(positioning, rule)
         return choose(alignment, present, **choice).angles
 
-    def angles_along(self, axis: np.ndarray) -> np.ndarray:
+    def angles_along(self, axis: ArrayLike) -> np.ndarray:
         """Return the rotary angles, degrees, for a tool axis in the workpiece: the branch that is nearest."""
         kin, present = self.kin, np.nan_to_num(self.words[3:])
         frame = None if self.plane is None else self.plane.frame
@@ -152,7 +155,7 @@ class Coordinates:
             return ()
         return (f"tool {self.tools[0]} is {self.machine.tool_length:g} mm long, as the machine file has it",)
 
-    def _converted(self, point, angles, *, to_tip):
+    def _converted(self, point: np.ndarray, angles: np.ndarray, *, to_tip: bool) -> np.ndarray:
         """A tip of joints, or joints of a tip; NaN where anything is not known."""
         if np.isnan(point).any() or np.isnan(angles).any():
             return np.full(3, np.nan)

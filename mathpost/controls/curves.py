@@ -1,6 +1,7 @@
 """Arcs and drilling cycles of a program as points, in the coordinates that its words are in."""
 
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,14 +41,18 @@ def centre_of(start: np.ndarray, end: np.ndarray, radius: float, plane: str, clo
     return centre
 
 
-def arc(start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, clockwise: bool, turns: int = 0):
+def arc(
+    start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, clockwise: bool, turns: int = 0
+) -> np.ndarray:
     """Return the points of an arc or a helix behind its start, shape (n, 3)."""
     axis = np.zeros(3)
     axis[PLANES[plane][2]] = -1.0 if clockwise else 1.0
     return arcs.arc(start, end, centre, axis, CHORD, turns)
 
 
-def swept(start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, degrees: float):
+def swept(
+    start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, degrees: float
+) -> tuple[np.ndarray, int]:
     """Return where an arc by its angle ends, with the height of `end`, and how many full turns it makes before.
 
     Examples
@@ -64,21 +69,31 @@ def swept(start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: str, de
     return found, max(int(np.ceil(abs(degrees) / 360 - 1e-9)) - 1, 0)
 
 
-def hole(
-    at: np.ndarray, axis: int, clearance: float, bottom: float, leave: float, slow: bool
-) -> tuple[np.ndarray, list[bool]]:
+@dataclass(frozen=True)
+class Heights:
+    """How a drilling cycle goes: to the clearance, to the bottom and out, mm."""
+
+    clearance: float
+    bottom: float
+    leave: float
+    slow: bool = False  # whether the tool comes out at its feed
+
+
+def hole(at: np.ndarray, axis: int, heights: Heights) -> tuple[np.ndarray, list[bool]]:
     """Return the points of a drilling cycle at `at`, (n, 3), and which moves to them are rapid.
 
-    The tool comes at its present height, goes to `clearance`, to the `bottom` and out to `leave`; `slow` if it
-    comes out at its feed. Where it pecks or breaks chips it stays on this way.
+    The tool comes at its present height. Where it pecks or breaks chips it stays on this way.
     """
-    heights, rapid = [at[axis], clearance, bottom], [True, True, False]
-    if slow:
-        heights, rapid = [*heights, clearance], [*rapid, False]
-    if heights[-1] != leave:
-        heights, rapid = [*heights, leave], [*rapid, True]
-    points = np.repeat(at[None], len(heights), axis=0)
-    points[:, axis] = heights
+    levels = [at[axis], heights.clearance, heights.bottom]
+    rapid = [True, True, False]
+    if heights.slow:
+        levels.append(heights.clearance)
+        rapid.append(False)
+    if levels[-1] != heights.leave:
+        levels.append(heights.leave)
+        rapid.append(True)
+    points = np.repeat(at[None], len(levels), axis=0)
+    points[:, axis] = levels
     return points, rapid
 
 
@@ -97,8 +112,8 @@ def arguments(text: str) -> tuple[str, list[float]]:
     return name.strip(), [float(value or 0) for value in values]
 
 
-def heights(text: str) -> dict:
-    """Return the heights of a cycle of Siemens, and whether the tool comes out at its feed.
+def heights(text: str) -> Heights:
+    """Return the heights of a cycle of Siemens.
 
     CYCLE81 and the like begin with the planes to which the tool comes out and of the surface, the distance in front
     of it, the depth and, if that is left out, how far below the surface it is.
@@ -109,6 +124,4 @@ def heights(text: str) -> dict:
     leave, surface, distance, bottom, below = [*values, 0.0][:5]
     if below and text.split("(")[1].split(",")[3].strip() == "":
         bottom = surface - abs(below)
-    return {
-        "clearance": surface + abs(distance), "bottom": bottom, "leave": leave, "slow": OUT_AT_FEED[name],
-    }  # fmt: skip
+    return Heights(surface + abs(distance), bottom, leave, OUT_AT_FEED[name])

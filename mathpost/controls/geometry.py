@@ -56,9 +56,9 @@ class Group:
         return found
 
 
-def _vector(text, machine):
+def _vector(text: str, machine: Machine) -> list[float]:
     """The vector of a row."""
-    reversed_, axis, name, other = VECTOR.fullmatch(text).groups()
+    reversed_, axis, name, other = VECTOR.findall(text)[0]
     rotary = dict(zip(("first", "second"), machine.rotary, strict=True))
     found = np.array(unit(rotary[name].axis) if axis else rotary[name].point, dtype=float)
     if other:
@@ -66,10 +66,10 @@ def _vector(text, machine):
     return (-found if reversed_ else found).tolist()
 
 
-def _counted(words, index):
+def _counted(words: str, index: int) -> str:
     """The words of number `index` of three: {15} is 15, 16 and 17, {X} is X, Y and Z."""
 
-    def label(field):
+    def label(field: re.Match[str]) -> str:
         begin = field[1]
         return str(int(begin) + index) if begin.isdigit() else chr(ord(begin) + index)
 
@@ -94,7 +94,7 @@ def geometry_of(file: TomlTable) -> tuple[Group, ...]:
     return tuple(groups)
 
 
-def _row(row, where):
+def _row(row: object, where: str) -> tuple[str, str, str]:
     """One row of a group."""
     words, vector, only = [*row, ""][:3] if isinstance(row, list) and len(row) in (2, 3) else ("", "", "")
     if not (

@@ -1,6 +1,7 @@
 """What a line of a program looks like, and what its words say together."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -15,31 +16,43 @@ from mathpost.path.text import Item, Pattern
 class Line:
     """What the words of one line say."""
 
-    axes: dict = field(default_factory=dict)  # by name: the value, and "absolute", "incremental" or ""
-    values: dict = field(default_factory=dict)  # of words that need another: radius, centre X, cycle depth …
+    axes: dict[str, tuple[float, str]] = field(default_factory=dict)  # value, "absolute", "incremental" or ""
+    # Of words that need another: radius, centre X, cycle depth …
+    values: dict[str, float] = field(default_factory=dict)
     feed: float = np.nan
     seconds: float = np.nan
     rapid: bool = False
     curve: str = ""  # the sense of an arc that is said for this line alone
-    statement: tuple = ()  # a meaning that takes the axes of the line, and its word
+    work_offset: str = ""  # the word that calls it
+    statement: tuple[str, str] | None = None  # a meaning that takes the axes of the line, and its word
     tool: bool = False
     turned: bool = False  # whether the rotary axes turn to the plane
-    choice: dict = field(default_factory=dict)  # and to which position
+    choice: dict[str, str] = field(default_factory=dict)  # and to which position
     called: bool = False  # whether the cycle that is defined is done where the line goes
     in_machine: bool = False
 
 
-def tidy(body):
+@dataclass
+class Drilling:
+    """The drilling cycle that is done at every place until it is switched off: heights, mm."""
+
+    initial: float  # where the tool was when it was switched on
+    slow: bool  # whether the tool comes out at its feed
+    clearance: float = np.nan
+    bottom: float = np.nan
+
+
+def tidy(body: str) -> str:
     """Capital letters, and no blank between a letter and its number."""
     return re.sub(r"(?<![A-Z0-9_\"])([A-Z])\s+(?=[-+]?\.?\d)", r"\1", body.upper())
 
 
-def tool_name(text):
+def tool_name(text: str) -> str:
     """The number of a tool without zeros before it, or its name."""
     return str(int(float(text))) if re.fullmatch(NUMBER, text) else text
 
 
-def templates(lines):
+def templates(lines: Iterable[str]) -> re.Pattern[str]:
     """An expression that the lines of the machine file fit, whatever name and tool stand in them."""
     escaped = (re.escape(line.strip()) for line in lines)
     named = (line.replace(r"\{name\}", r"\w+") for line in escaped)
@@ -48,7 +61,7 @@ def templates(lines):
 
 
 @cache
-def plain(number, begin, words_behind, names):
+def plain(number: str | None, begin: str, words_behind: tuple[str, str], names: tuple[str, ...]) -> Pattern:
     """The pattern of a line that moves axes and changes no mode but its feed."""
     start = [] if number is None else [Item(number, "count")]
     start += [Item(f" {begin}")] if begin else []

@@ -5,33 +5,43 @@ stands on. `MODES` hold at once, in the order of the line. `STATEMENTS` take the
 of it is read. `NUMBERS` wait for a word that needs them.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mathpost.controls import curves, plane_blocks
 from mathpost.controls.curves import PLANES
+from mathpost.controls.lines import Drilling, Line
+
+if TYPE_CHECKING:
+    from mathpost.controls.reader import Lines
 
 
-def _time(reader, *, inverse=False, per_turn=False):
-    reader.inverse, reader.per_turn, reader.feed = inverse, per_turn, np.nan
+def _time(reader: Lines, *, inverse: bool = False, per_turn: bool = False) -> None:
+    reader.inverse = inverse
+    reader.per_turn = per_turn
+    reader.feed = np.nan
 
 
-def _counted(name, value):
+def _counted(name: str, value: Any) -> Callable[[Lines, Line], None]:
     return lambda reader, line: setattr(reader, name, value)
 
 
-def _said(name, value):
+def _said(name: str, value: Any) -> Callable[[Lines, Line], None]:
     return lambda reader, line: setattr(line, name, value)
 
 
-def _cycle(slow):
+def _cycle(slow: bool) -> Callable[[Lines, Line], None]:
     """A drilling cycle that is done at every place from now on."""
 
-    def begin(reader, line):
+    def begin(reader: Lines, line: Line) -> None:
         height = reader.at.words[PLANES[reader.plane][2]]
         reader.motion = "linear"
-        reader.cycle = {"initial": height, "clearance": np.nan, "bottom": np.nan, "slow": slow}
+        reader.cycle = Drilling(height, slow)
 
     return begin
 
@@ -66,15 +76,15 @@ MODES = {
 }
 
 
-def _centre(reader, line, text):
+def _centre(reader: Lines, line: Line, text: str) -> None:
     """The centre of the arcs that follow."""
     reader.centre = reader.target(line)[:3]
 
 
-def _shift(added=False, anew=False):
+def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, str], None]:
     """A shift of the datum by the axes that the line names."""
 
-    def shift(reader, line, text):
+    def shift(reader: Lines, line: Line, text: str) -> None:
         shift = np.zeros(3) if anew else reader.at.shift.copy()
         for name, (value, counted) in line.axes.items():
             axis = reader.names.index(name)
@@ -88,7 +98,7 @@ def _shift(added=False, anew=False):
     return shift
 
 
-def _home(reader, line, text):
+def _home(reader: Lines, line: Line, text: str) -> None:
     """The axes that the line names, or all, go to where the control has its reference point: nobody knows here."""
     named = [reader.names.index(name) for name in line.axes] or list(range(len(reader.names)))
     if reader.at.on_tip and min(named) < 3:
@@ -96,7 +106,7 @@ def _home(reader, line, text):
     reader.at.words[named] = np.nan
 
 
-def _plane(reader, line, text):
+def _plane(reader: Lines, line: Line, text: str) -> None:
     """A tilted plane; where its line says so, or the control does it by itself, the rotary axes turn to it."""
     if reader.control.positioning == "siemens":
         kept, direction = plane_blocks.swivel(text)
@@ -114,52 +124,71 @@ def _plane(reader, line, text):
         _turn_to(reader, line, **line.choice)
 
 
-def _turn_to(reader, line, **choice):
+def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
     """The rotary axes go to the position that this control takes, the slides stand still."""
     joints, control = reader.at.joints(), reader.control
+    if reader.at.plane is None:
+        raise reader.error("a tilted plane before it", "none")
     if not control.positioning:
         raise reader.error(f"a rule of {control.name} for the rotary axes", "none in its file")
     angles = reader.at.angles_for(reader.at.plane, control.positioning, **choice)
     reader.turn_to(joints, angles)
 
 
-def _turn(reader, line, text):
-    if reader.at.plane is None:
-        raise reader.error("a tilted plane before it", "none")
+def _turn(reader: Lines, line: Line, text: str) -> None:
     _turn_to(reader, line)
 
 
-def _plane_off(reader, line, text):
+def _plane_off(reader: Lines, line: Line, text: str) -> None:
     reader.at.change(plane=None)
     if line.turned:
         reader.turn_to(reader.at.joints(), np.zeros(len(reader.names) - 3))
 
 
-def _retract(reader, line, text):
+def _retract(reader: Lines, line: Line, text: str) -> None:
     """The tool goes off the part, as far as the control likes."""
     reader.at.words[:3] = np.nan
 
 
-def _everywhere(reader, line, text):
+def _everywhere(reader: Lines, line: Line, text: str) -> None:
     """A cycle behind every move from now on, or none any more."""
     reader.everywhere = curves.heights(text) if "(" in text else None
 
 
-def _once(reader, line, text):
+def _once(reader: Lines, line: Line, text: str) -> None:
     """A cycle where the tool is."""
-    reader.holes(reader.at.words, 2, **curves.heights(text))
+    reader.holes(reader.at.words, 2, curves.heights(text))
 
 
-def drill(reader):
+def drill(reader: Lines) -> None:
     """Do the cycle that is defined by its surface, depth, clearance and height to leave, where the tool is."""
-    surface, depth = (reader.defined.get(f"cycle {name}", np.nan) for name in ("surface", "depth"))
+    surface = reader.defined.get("cycle surface", np.nan)
+    depth = reader.defined.get("cycle depth", np.nan)
     clearance = reader.defined.get("cycle clearance", np.nan)
     if np.isnan([surface, depth, clearance]).any():
         raise reader.error("a cycle with surface, depth and clearance before its call", "none")
     leave = surface + max(clearance, reader.defined.get("cycle retract", 0.0))
     feed, reader.feed = reader.feed, reader.defined.get("cycle feed", reader.feed)
-    reader.holes(reader.at.words, 2, surface + clearance, surface + depth, leave, False)
+    reader.holes(reader.at.words, 2, curves.Heights(surface + clearance, surface + depth, leave))
     reader.feed = feed
+
+
+def hole(reader: Lines, cycle: Drilling, line: Line) -> None:
+    """Do the drilling cycle that is on, at the place of the line."""
+    axis = PLANES[reader.plane][2]
+    if any(name.startswith("centre ") for name in line.values):
+        raise reader.error("a drilling cycle without I J K, which may repeat it", "one of them")
+    for name in ("radius", "cycle clearance"):
+        if name in line.values:
+            cycle.clearance = line.values[name] * reader.scale
+            if reader.incremental:
+                cycle.clearance += cycle.initial
+    if reader.names[axis] in line.axes:
+        bottom, _ = line.axes.pop(reader.names[axis])
+        cycle.bottom = cycle.clearance + bottom if reader.incremental else bottom
+    place = reader.target(line)
+    leave = max(cycle.initial, cycle.clearance) if reader.leave == "initial" else cycle.clearance
+    reader.holes(place, axis, curves.Heights(cycle.clearance, cycle.bottom, leave, cycle.slow))
 
 
 STATEMENTS = {

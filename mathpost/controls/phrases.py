@@ -90,7 +90,7 @@ def cycles_of(file: TomlTable) -> Cycles | None:
     return made
 
 
-def _filled(lines):
+def _filled(lines: list[str]) -> list[str]:
     """Lines whose fields are those of a cycle."""
     for line in LINES[0](lines):
         try:

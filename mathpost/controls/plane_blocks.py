@@ -1,6 +1,7 @@
 """Tilted planes as NC blocks: written as a control accepts them, and read back."""
 
 import re
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from mathpost.plane.tilted_plane import NOTATIONS, Plane
 VECTOR_DECIMALS = 7  # the most that the control reads
 
 
-def _mode(order):
+def _mode(order: str) -> int:
     """_MODE of an axis-by-axis swivel: two bits for the axis of each of _A, _B and _C, X 1, Y 2, Z 3."""
     return sum(("XYZ".index(axis) + 1) << 2 * place for place, axis in enumerate(order))
 
@@ -113,7 +114,7 @@ def swivel(text: str) -> tuple[bool, int]:
     return retract == 0, direction
 
 
-def _read_plane(block, where, origin, keep):
+def _read_plane(block: str, where: str, origin: np.ndarray, keep: str) -> Plane:
     if block.startswith("CYCLE800"):
         return _read_cycle800(block, where)
     notations = ("G68.2", "PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR", "AROT RPY")
@@ -128,7 +129,7 @@ def _read_plane(block, where, origin, keep):
     return Plane(notation, values, origin, keep)
 
 
-def _read_cycle800(block, where):
+def _read_cycle800(block: str, where: str) -> Plane:
     call = re.fullmatch(r"CYCLE800\s*\((.*)\)", block)
     arguments = [argument.strip() for argument in call.group(1).split(",")] if call else []
     if len(arguments) < 10:
@@ -140,12 +141,13 @@ def _read_cycle800(block, where):
     mode, origin, angles, shift = int(numbers[0]), numbers[1:4], numbers[4:7], [*numbers[7:], 0, 0, 0][:3]
     if mode >> 6 != 1 and mode not in MODES:
         raise InputError(where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
-    plane = Plane(MODES.get(mode, "CYCLE800 solid"), angles if mode in MODES else [*angles[:2], 0], origin)
+    values = angles if mode in MODES else [*angles[:2], 0.0]
+    plane = Plane(MODES.get(mode, "CYCLE800 solid"), np.array(values), np.array(origin))
     # _X1 _Y1 _Z1 move the origin once more, along the axes as turned.
-    return Plane(plane.notation, plane.values, plane.frame.point(shift))
+    return Plane(plane.notation, plane.values, plane.frame.point(np.array(shift)))
 
 
-def _words(block, words, where, optional=False):
+def _words(block: str, words: Iterable[str], where: str, optional: bool = False) -> np.ndarray:
     """The values of `words` in a block; a missing one is 0 if `optional`."""
     values = []
     for word in words:
@@ -153,15 +155,15 @@ def _words(block, words, where, optional=False):
         if len(found) > 1 or not (found or optional):
             raise InputError(where, f"one word {word} with a number", f"{len(found)} in {block!r}")
         values.append(float(found[0]) if found else 0.0)
-    return values
+    return np.array(values)
 
 
-def _number(value, decimals):
+def _number(value: float, decimals: int) -> str:
     text = f"{value:z.{decimals}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def _written(values, decimals, plus="", point=""):
+def _written(values: dict[str, float], decimals: int, plus: str = "", point: str = "") -> str:
     """Words with their values; `plus` before a number without a sign, `point` behind one without a point."""
     texts = [(word, _number(value, decimals)) for word, value in values.items()]
     return " ".join(f"{word}{plus * (text[0] != '-')}{text}{point * ('.' not in text)}" for word, text in texts)

@@ -2,8 +2,10 @@
 
 What is read is what the file of the control says. A word that is not in it is an error with its line: it may move
 an axis. Plain lines, that move axes and change no mode but their feed, are taken many at a time; any other is taken
-word by word, by `_Lines.take_line`. Arcs and drilling cycles become the points that the tool goes through.
+word by word, by `Lines.take_line`. Arcs and drilling cycles become the points that the tool goes through.
 """
+
+from __future__ import annotations
 
 import re
 from collections import Counter
@@ -15,8 +17,8 @@ from mathpost.controls import curves
 from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Coordinates, Setup
-from mathpost.controls.lines import Line, plain, templates, tidy, tool_name
-from mathpost.controls.meanings import MODES, MOTIONS, NUMBERS, STATEMENTS, drill
+from mathpost.controls.lines import Drilling, Line, plain, templates, tidy, tool_name
+from mathpost.controls.meanings import MODES, MOTIONS, NUMBERS, STATEMENTS, drill, hole
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
@@ -47,7 +49,7 @@ def follow(
     `InputError` names the line where a word is not known, the program's flow is not from line to line, or an offset
     or a length is needed that `setup` does not have.
     """
-    lines = _Lines(machine, control_for(machine, control), setup or Setup(), name)
+    lines = Lines(machine, control_for(machine, control), setup or Setup(), name)
     lines.take_all(text)
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
@@ -59,36 +61,50 @@ def follow(
     )
 
 
-class _Lines(bulk.Reader):
+class Lines(bulk.Reader):
     """Keeps what holds from one line of a program to the next."""
 
-    def __init__(self, machine, control, setup, name):
-        self.control, self.names, self.name = control, machine.joint_names, name
+    def __init__(self, machine: Machine, control: Control, setup: Setup, name: str) -> None:
+        self.control = control
+        self.names = machine.joint_names
+        self.name = name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})(?![\d=])")
         self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})({NUMBER})?")
         number = "N" if control.number is None else control.number
         self.numbered = re.compile(rf"^{number}\d+\s*")
-        self.pattern = plain(control.number, control.begin, (*self._words_behind(),), self.names)
+        self.pattern = plain(control.number, control.begin, self._words_behind(), self.names)
         self.own_lines = templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
         self.line = 1
-        self.at, self.feed = Coordinates(machine, setup), np.nan
-        self.motion, self.inverse, self.speed = "linear", False, np.nan
-        self.plane, self.scale, self.incremental, self.per_turn = "plane XY", 1.0, False, False
-        self.absolute_centre, self.centre = False, None
-        self.cycle, self.leave, self.defined = None, "initial", {}
-        self.everywhere = None  # heights of the cycle that is done behind every move
-        self.pending, self.begun, self.ended = "", "", False
-        self.skipped = Counter()
+        self.at = Coordinates(machine, setup)
+        self.feed = np.nan
+        self.motion = "linear"
+        self.inverse = False
+        self.speed = np.nan
+        self.plane = "plane XY"
+        self.scale = 1.0
+        self.incremental = False
+        self.per_turn = False
+        self.absolute_centre = False
+        self.centre: np.ndarray | None = None
+        self.cycle: Drilling | None = None
+        self.leave = "initial"  # or "clearance": to where the tool comes out
+        self.defined: dict[str, float] = {}  # of a cycle that is called later
+        self.everywhere: curves.Heights | None = None  # of the cycle that is done behind every move
+        self.pending = ""  # tool
+        self.begun = ""  # of a line that goes on in the next
+        self.ended = False
+        self.skipped: Counter[str] = Counter()
         self.machines = [(0, machine)]
-        self.runs = []  # of moves: words, shape (j, n), feeds, seconds, whether rapid, with TCP, numbers of lines
+        # Of moves: words, shape (j, n), feeds, seconds, whether rapid, with TCP, numbers of lines.
+        self.runs: list[tuple[np.ndarray, ...]] = []
         self.count = 0
 
-    def _words_behind(self):
+    def _words_behind(self) -> tuple[str, str]:
         """The words of rapid traverse and of seconds that stand behind the positions, or nothing."""
         return "" if self.control.modal else self.control.rapid, self.control.block_time
 
-    def columns(self, values):
+    def columns(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of plain lines the words, shape (j, n), time or feed, and whether they say rapid, a time, a feed."""
         numbers = dict(zip(self.pattern.literals, values, strict=True))
         first, missing = self.pattern.literals.index(axis_word(self.names[0])), np.full(values.shape[1], np.nan)
@@ -97,25 +113,25 @@ class _Lines(bulk.Reader):
         said = ~np.isnan([rapid, times, feeds])
         return values[first : first + len(self.names)], np.where(said[1], times, feeds), said
 
-    def fits(self, values):
+    def fits(self, values: np.ndarray) -> np.ndarray:
         """Which lines move an axis, and say no more than one of rapid, a time and a feed, these above 0."""
         words, value, said = self.columns(values)
         return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2) & ~(value <= 0)
 
-    def takes_plain(self):
+    def takes_plain(self) -> bool:
         """Whether plain lines now are moves in mm on straight lines, as they stand."""
         straight = self.motion in ("linear", "rapid") and not (
             self.cycle or self.everywhere or self.incremental or self.per_turn
         )
         return straight and self.scale == 1 and self.at.as_they_are and not (self.begun or self.ended)
 
-    def take_plain(self, values):
+    def take_plain(self, values: np.ndarray) -> None:
         words, value, (rapid, timed, _) = self.columns(values)
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
         self.move(words, np.where(np.isnan(seconds), value, np.nan), seconds, rapid, np.arange(len(value)))
         self.line += len(value)
 
-    def take_line(self, raw):
+    def take_line(self, raw: bytes) -> None:
         """Take one line, word by word."""
         text = raw.decode("utf-8", "surrogatepass").strip()
         if self.control.continued and text.endswith(self.control.continued):
@@ -125,7 +141,7 @@ class _Lines(bulk.Reader):
             self.begun = ""
         self.line += 1
 
-    def take_words(self, text):
+    def take_words(self, text: str) -> None:
         skipped, text = text.startswith("/"), text.removeprefix("/").lstrip()
         body = self.numbered.sub("", tidy(self.control.comments.sub(" ", text).strip()))
         template = re.sub(r"^N?\d+\s*", "", text)
@@ -154,7 +170,7 @@ class _Lines(bulk.Reader):
         except MathpostError as error:
             raise self.error("a place where the machine can go", str(error)) from None
 
-    def take_own(self, body):
+    def take_own(self, body: str) -> None:
         """Take a line of the machine file: its words hold, but where its moves go is not known.
 
         A word that the control's file does not know is passed over: the machine may have more than we know.
@@ -167,14 +183,14 @@ class _Lines(bulk.Reader):
             body = body[match.end() :].lstrip() if match else re.sub(r"^\S[^A-Z\s]*\s*", "", body)
         self.forget()
 
-    def take_axis(self, line, name, value, counted):
+    def take_axis(self, line: Line, name: str, value: str, counted: str) -> None:
         if name not in self.names:
             raise self.error(f"one of the axes {' '.join(self.names)}", repr(name))
         if name in line.axes:
             raise self.error(f"one {name} word", "two")
         line.axes[name] = float(value), counted
 
-    def take_feed(self, line, match):
+    def take_feed(self, line: Line, match: re.Match[str]) -> None:
         """Take a word that says rapid, a feed, or the time of the block."""
         word, value = match[1], float(match[2] or "nan")
         rapid, block_time = self._words_behind()
@@ -188,12 +204,12 @@ class _Lines(bulk.Reader):
         else:
             line.seconds = value if word == block_time else 60 / value
 
-    def forget(self):
+    def forget(self) -> None:
         """The machine goes where its tools are."""
         self.at.forget()
         self.feed = np.nan
 
-    def take_word(self, line, meaning, word, values):
+    def take_word(self, line: Line, meaning: str, word: str, values: tuple[str, ...]) -> None:
         """Take what a word means: a mode holds at once, what needs the rest of the line waits for `obey`."""
         if meaning in MODES:
             MODES[meaning](self, line)
@@ -224,7 +240,7 @@ class _Lines(bulk.Reader):
                 raise self.error(f"one of {line.statement[1]} and {word} in a line", "both")
             line.statement = meaning, word
         elif meaning == "work offset":
-            line.values["work offset"] = re.sub(r"\s+", "", word)
+            line.work_offset = re.sub(r"\s+", "", word)
         elif meaning in NUMBERS:
             line.values[meaning] = float(values[0])
         else:
@@ -232,7 +248,7 @@ class _Lines(bulk.Reader):
                 word = word.replace(value, "", 1)
             self.skipped[word.strip()] += 1
 
-    def load(self, name):
+    def load(self, name: str) -> None:
         """Take the length of another tool."""
         before = self.at.machine
         self.at.load_tool(name, f"{self.name}, line {self.line}")
@@ -240,14 +256,14 @@ class _Lines(bulk.Reader):
             self.at.words[:3] = np.nan
             self.machines.append((self.count, self.at.machine))
 
-    def obey(self, line, whole):
+    def obey(self, line: Line, whole: str) -> None:
         """Do what the words of a line say together."""
         if line.tool:
             self.forget()
             if self.pending:
                 self.load(self.pending)
-        if called := line.values.get("work offset"):
-            self.at.call_offset(called, f"{self.name}, line {self.line}")
+        if line.work_offset:
+            self.at.call_offset(line.work_offset, f"{self.name}, line {self.line}")
         if line.statement:
             STATEMENTS[line.statement[0]](self, line, whole)
         else:
@@ -256,7 +272,7 @@ class _Lines(bulk.Reader):
         if line.called:
             drill(self)
 
-    def target(self, line):
+    def target(self, line: Line) -> np.ndarray:
         """The words, (j,), that a line leads to."""
         words = self.at.words.copy()
         for name, (value, counted) in line.axes.items():
@@ -266,7 +282,7 @@ class _Lines(bulk.Reader):
             words[axis] = words[axis] + value if added else value
         return words
 
-    def go(self, line):
+    def go(self, line: Line) -> None:
         """Move to where a line leads, by a straight line, an arc or a drilling cycle."""
         arc = line.curve or (self.motion[4:] if self.motion.startswith("arc ") else "")
         centred = any(name.startswith("centre ") for name in line.values)
@@ -274,15 +290,14 @@ class _Lines(bulk.Reader):
             self.feed = line.feed
         if vector := {name: value for name, value in line.values.items() if name.startswith("tool axis ")}:
             angles = self.at.angles_along([vector.get(f"tool axis {letter}", 0.0) for letter in "XYZ"])
-            named = zip(self.names[3:], angles, strict=True)
-            line.axes |= {name: (angle, "absolute") for name, angle in named}
+            line.axes |= {name: (angle, "absolute") for name, angle in zip(self.names[3:], angles, strict=True)}
         if not line.axes and not (arc and (centred or "sweep" in line.values)):
             return
         if line.in_machine:
             named = {self.names.index(name): value for name, (value, _) in line.axes.items()}
             self.stand(self.at.machine_position(named))
         elif self.cycle is not None and not line.curve:
-            self.hole(line)
+            hole(self, self.cycle, line)
         elif arc == "arc":
             raise self.error("the sense of the arc", "none")
         elif arc:
@@ -290,9 +305,9 @@ class _Lines(bulk.Reader):
         else:
             self.put(self.target(line)[None], line)
             if self.everywhere is not None:
-                self.holes(self.at.words, 2, **self.everywhere)
+                self.holes(self.at.words, 2, self.everywhere)
 
-    def put(self, points, line, rapid=None):
+    def put(self, points: np.ndarray, line: Line, rapid: np.ndarray | None = None) -> None:
         """Take moves to points, words of shape (n, j), that one line asks for."""
         count = len(points)
         resolved = np.c_[self.at.resolved(points[:, :3]), points[:, 3:]].T
@@ -301,20 +316,20 @@ class _Lines(bulk.Reader):
         self.emit(resolved, np.full(count, self.feed), seconds, fast, np.zeros(count, int), self.at.on_tip)
         self.at.words = points[-1].copy()
 
-    def stand(self, place):
+    def stand(self, place: np.ndarray) -> None:
         """Go to joints and angles, shape (j,), in rapid traverse, whatever the words name."""
         nothing = np.array([np.nan])
         self.emit(place[:, None], nothing, nothing, np.array([True]), np.zeros(1, int), False)
         self.at.stand(place[:3], place[3:])
 
-    def turn_to(self, joints, angles):
+    def turn_to(self, joints: np.ndarray, angles: np.ndarray) -> None:
         """Turn the rotary axes, degrees, while the slides stand still; by printed digits they do not move."""
         if np.abs(angles - self.at.words[3:]).max() < curves.SAME_ANGLE:
             self.at.stand(joints, angles)
         else:
             self.stand(np.r_[joints, angles])
 
-    def turn(self, line, clockwise):
+    def turn(self, line: Line, clockwise: bool) -> None:
         """Run an arc or a helix; rotary axes that are named turn along with it."""
         start, end, values = self.at.words.copy(), self.target(line), line.values
         if np.isnan(start[:3]).any():
@@ -337,36 +352,20 @@ class _Lines(bulk.Reader):
         t = np.arange(1, len(points) + 1)[:, None] / len(points)
         self.put(np.c_[points, start[3:] + t * (end[3:] - start[3:])], line, np.zeros(len(points), bool))
 
-    def hole(self, line):
-        """Do the drilling cycle that is on, at the place of the line."""
-        axis = curves.PLANES[self.plane][2]
-        if any(name.startswith("centre ") for name in line.values):
-            raise self.error("a drilling cycle without I J K, which may repeat it", "one of them")
-        depth, names = self.names[axis], ("radius", "cycle clearance")
-        for name in names:
-            if name in line.values:
-                self.cycle["clearance"] = line.values[name] * self.scale
-                if self.incremental:
-                    self.cycle["clearance"] += self.cycle["initial"]
-        if depth in line.axes:
-            bottom = line.axes.pop(depth)[0]
-            self.cycle["bottom"] = self.cycle["clearance"] + bottom if self.incremental else bottom
-        place = self.target(line)
-        leave = max(self.cycle[self.leave], self.cycle["clearance"])
-        self.holes(place, axis, self.cycle["clearance"], self.cycle["bottom"], leave, self.cycle["slow"])
-
-    def holes(self, place, axis, clearance, bottom, leave, slow):
+    def holes(self, place: np.ndarray, axis: int, heights: curves.Heights) -> None:
         height = self.at.words[axis]
         place = place.copy()
         place[axis] = height
-        points, rapid = curves.hole(place[:3], axis, clearance, bottom, leave, slow)
+        points, rapid = curves.hole(place[:3], axis, heights)
         points = np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)]
         moved = (np.diff(points, axis=0, prepend=self.at.words[None]) != 0).any(axis=1)
         motion, self.motion = self.motion, "linear"
         self.put(points[moved], Line(), np.array(rapid)[moved])
         self.motion = motion
 
-    def move(self, words, feeds, seconds, rapid, numbers):
+    def move(
+        self, words: np.ndarray, feeds: np.ndarray, seconds: np.ndarray, rapid: np.ndarray, numbers: np.ndarray
+    ) -> None:
         """Take n plain moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""
         for row, before in zip(words, self.at.words, strict=True):
             row[:] = bulk.held(row, before)
@@ -374,7 +373,10 @@ class _Lines(bulk.Reader):
         self.at.words, self.feed = words[:, -1].copy(), feeds[-1]
         self.emit(words, feeds, seconds, rapid, numbers, self.at.tcp)
 
-    def emit(self, words, feeds, seconds, rapid, numbers, tcp):
+    def emit(
+        self, words: np.ndarray, feeds: np.ndarray, seconds: np.ndarray, rapid: np.ndarray, numbers: np.ndarray,
+        tcp: bool,
+    ) -> None:  # fmt: skip
         """Keep moves, resolved; those on the way to the first position, from where nobody knows, are none."""
         rapid = rapid | (self.motion == "rapid")
         unknown = np.isnan(words).any(axis=0)
@@ -394,5 +396,5 @@ class _Lines(bulk.Reader):
             self.runs.append((*kept, np.full(count, tcp), self.line + numbers[known]))
             self.count += count
 
-    def error(self, expected, found):
+    def error(self, expected: str, found: str | None) -> InputError:
         return InputError(f"{self.name}, line {self.line}", expected, found)

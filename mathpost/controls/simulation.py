@@ -1,6 +1,7 @@
 """A folder that runs a machine on LinuxCNC, in simulation: its kinematics as a module, and all that starts it."""
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from string import Template
 
@@ -11,7 +12,7 @@ from mathpost.controls.control import control_for
 from mathpost.errors import InputError, OutputError
 from mathpost.files import read_text, write_text
 from mathpost.kinematics import Kinematics
-from mathpost.machine import UNITS
+from mathpost.machine import UNITS, Machine
 
 TEMPLATES = Path(__file__).parent / "linuxcnc"
 RATE, ACCELERATION = 100.0, 1000.0  # mm or degrees per s and s², assumed where the machine file states none
@@ -50,10 +51,11 @@ def texts(kin: Kinematics) -> dict[str, str]:
     module = f"kins_{re.sub('[^a-z0-9]+', '_', machine.name.lower())[:24]}".strip("_")
     zero = machine.slides
     rates = _stated(machine.max_rates, RATE)
-    fields = {
+    joints = len(machine.joint_names)
+    fields: dict[str, object] = {
         "title": re.sub(r"[^\w ,.()+-]", " ", machine.name.encode("ascii", "replace").decode()),
         "module": module,
-        "joints": len(machine.joint_names),
+        "joints": joints,
         "printed": codegen.machine(kin, "c"),
         "zero": ", ".join(f"{value + 0.0!r}" for value in zero.tolist()),
         "angles": ", ".join(f"&world->{joint.name.lower()}" for joint in machine.rotary),
@@ -72,29 +74,27 @@ def texts(kin: Kinematics) -> dict[str, str]:
         f"{module}.c": _filled("kinematics.c", fields),
         "machine.ini": ini + _joints(machine, rates),
         "machine.hal": hal
-        + "".join(
-            f"net joint{n} joint.{n}.motor-pos-cmd => joint.{n}.motor-pos-fb\n" for n in range(fields["joints"])
-        ),
+        + "".join(f"net joint{n} joint.{n}.motor-pos-cmd => joint.{n}.motor-pos-fb\n" for n in range(joints)),
         "machine.tbl": "T1 P1 Z0 ;the length is in the kinematics and in G54\n",
         "machine.var": "".join(f"{number}\t{value:.6f}\n" for number, value in zip(offsets, values, strict=True)),
         "README.txt": _filled("README.txt", fields),
     }
 
 
-def _filled(name, fields):
+def _filled(name: str, fields: dict[str, object]) -> str:
     return Template(read_text(TEMPLATES / name)).substitute(fields)
 
 
-def _words(point):
+def _words(point: Iterable[float]) -> str:
     return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
 
 
-def _stated(values, assumed):
+def _stated(values: np.ndarray, assumed: float) -> np.ndarray:
     """What the machine file states of each joint, mm and degrees, or what is assumed."""
     return np.nan_to_num(np.asarray(values, float) * UNITS[: len(values)], nan=assumed)
 
 
-def _joints(machine, rates):
+def _joints(machine: Machine, rates: np.ndarray) -> str:
     """The INI sections of axes and joints. Without TCP an axis is its joint, with TCP the tip: wide limits."""
     limits = machine.limits.copy()
     limits[:3] += machine.slides[:, None]
@@ -117,7 +117,7 @@ def _joints(machine, rates):
     return "\n".join(lines) + "\n"
 
 
-def _parameters(machine):
+def _parameters(machine: Machine) -> str:
     """What LinuxCNC's own module for two tables would have to be told, or why it does not fit."""
     names = "".join(joint.name for joint in machine.rotary)
     across = {"AC": 1, "BC": 0}.get(names)  # the linear axis that A or B lies across: Y or X

@@ -1,19 +1,27 @@
 """Blocks to the text of a program, in the words of any control."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
-from mathpost.controls.blocks import FEED, Blocks, axis_word, printed
+from mathpost.controls.blocks import FEED, Blocks, Turn, axis_word, printed
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.phrases import PLANES
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
+from mathpost.path.cl import commands
+from mathpost.path.modal import Command
 from mathpost.path.text import Column
 
 SHORTEST_TIME = 0.001  # s, the least that a block may state
+Values = TypeVar("Values", float, np.ndarray)
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 
 
@@ -40,7 +48,7 @@ def write(
     stated = re.search(r"\d{1,4}", name)
     number = f"{int(stated[0]) or 1:04d}" if stated else "0001"
 
-    def filled(lines):
+    def filled(lines: Iterable[str]) -> list[str]:
         named = (line.replace("{name}", name).replace("{number}", number) for line in lines)
         return [line.replace("{rounding}", f"{_down(rounding, 4):.4f}") for line in named]
 
@@ -66,16 +74,17 @@ def write(
     return "".join(texts)
 
 
-def _tool_list(control, blocks):
+def _tool_list(control: Control, blocks: Blocks) -> list[str]:
     """Comments on the tools of a program: their numbers, lengths, and the numbers of their offsets."""
-    lines = {}
+    lines: dict[int, str] = {}
     for _, remark in blocks.remarks:
-        kind = getattr(remark, "kind", "")
-        if kind == "tool":
+        if isinstance(remark, str):
+            continue
+        if remark.kind == "tool":
             number, length, offset = remark.values
             stated = "LENGTH OF THE MACHINE FILE" if length is None else f"LENGTH {length:g} MM"
             lines[number] = f"TOOL {number}: {stated}, OFFSET {offset or number}"
-        elif kind == "compensation" and remark.values[0] != "OFF" and lines:
+        elif remark.kind == "compensation" and remark.values[0] != "OFF" and lines:
             radius = f", RADIUS OFFSET {remark.values[1]}"
             lines[number] += radius * (radius not in lines[number])
     return [comment for line in lines.values() for comment in control.remark(line)]
@@ -93,28 +102,36 @@ class Said:
     planes: list[int]  # the first moves in a tilted plane and behind it, in turn
 
 
-def _between(control, machine, blocks):
+def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
     """Return what is `Said` between the moves."""
-    rows, offset, edge, tcp = len(blocks.words), 1, 1, False
+    rows = len(blocks.words)
+    offset = edge = 1
+    tcp = False
     wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
     switched = np.flatnonzero(np.diff(wanted)) + 1
-    between, changes, switches = {row: [] for row in (0, *switched.tolist(), rows)}, [0, *switched.tolist()], {}
-    cycles, drilled, planes = [], [], []
+    changes = [0, *switched.tolist()]
+    said: dict[int, list[str | Command]] = {row: [] for row in (*changes, rows)}
+    between: dict[int, list[str]] = {}
+    switches: dict[int, str] = {}
+    cycles: list[int] = []
+    drilled: list[int] = []
+    planes: list[int] = []
     cut = np.flatnonzero(~blocks.rapid)
-    tools = [(row, remark.values[0]) for row, remark in blocks.remarks if getattr(remark, "kind", "") == "tool"]
+    tools = [(row, remark.values[0]) for row, remark in commands(blocks.remarks, "tool")]
     following = {row: after for (row, now), (_, after) in pairwise([*tools, *tools[:1]]) if after != now}
     around = _around(control, machine.joint_names, blocks)
     for row in around:
-        between.setdefault(row, [])
+        said.setdefault(row, [])
     for row, remark in blocks.remarks:
-        between.setdefault(min(row, rows), []).append(remark)
-    for row in sorted(between):
-        remarks, lines = between.pop(row), []
-        for remark in remarks:
-            kind, first = getattr(remark, "kind", "comment"), len(lines)
-            if kind == "comment":
+        said.setdefault(min(row, rows), []).append(remark)
+    for row in sorted(said):
+        lines: list[str] = []
+        for remark in said[row]:
+            if isinstance(remark, str):
                 lines += control.remark(remark)
-            elif kind == "compensation":
+                continue
+            kind, first = remark.kind, len(lines)
+            if kind == "compensation":
                 (side,) = control.lines(f"{kind} {remark.values[0]}", *remark.values)
                 switches[row] = f"{switches[row]} {side}" if switches.get(row) else side
             elif kind == "tool":
@@ -128,10 +145,9 @@ def _between(control, machine, blocks):
                     lines += control.lines("next tool", following[row]) if row in following else []
                     named = machine.programmed_point == "tip" and not wanted[row]
                     tip = control.lines("tip", offset) if named else []
-                    if any(getattr(each, "kind", "") == "approach" for each in remarks):
-                        switches[row] = " ".join(
-                            tip
-                        )  # in the block of the approach, with X Y Z at the safe position
+                    if any(isinstance(each, Command) and each.kind == "approach" for each in said[row]):
+                        # In the block of the approach, with X Y Z at the safe position.
+                        switches[row] = " ".join(tip)
                     else:
                         lines += tip
                 changes.append(row)
@@ -155,7 +171,7 @@ def _between(control, machine, blocks):
                     lines += control.said(remark)
             else:
                 lines += control.said(remark)
-            if getattr(remark, "skip", False):
+            if remark.skip:
                 lines[first:] = [f"/{line}" for line in lines[first:]]
         if wanted[row] != tcp:
             tcp = bool(wanted[row])
@@ -166,41 +182,52 @@ def _between(control, machine, blocks):
     return Said(between, anew, turned, switches, cycles, planes)
 
 
-def _around(control, axes, blocks):
+def _around(control: Control, axes: tuple[str, ...], blocks: Blocks) -> dict[int, tuple[list[str], list[str]]]:
     """Lines before the moves from arcs: that select the plane XY again, and that state a centre; by row, a pair."""
-    lines, turns = {}, dict(blocks.turns)
+    lines: dict[int, tuple[list[str], list[str]]] = {}
+    arcs = control.arcs
+    if arcs is None:
+        return lines
+    turns = dict(blocks.turns)
     for row, turn in blocks.turns:
-        if control.arcs.pole:
+        if arcs.pole:
             first, second, _ = _of_plane(turn.plane)
             words = [_position(control, axes[axis], turn.centre[axis]) for axis in sorted((first, second))]
-            lines[row] = [], [f"{control.arcs.pole}{''.join(words)}"]
+            lines[row] = [], [f"{arcs.pole}{''.join(words)}"]
         elif turn.plane != PLANES[0] and row + 1 not in turns:
-            lines[row + 1] = [control.arcs.planes[PLANES[0]]], []
+            lines[row + 1] = [arcs.planes[PLANES[0]]], []
     return lines
 
 
-def _of_plane(name):
+def _of_plane(name: str) -> tuple[int, int, int]:
     """The two axes of a plane, and the one square to it."""
     return [(0, 1, 2), (2, 0, 1), (1, 2, 0)][PLANES.index(name)]
 
 
-def _position(control, name, value):
+def _lies_in(axis: int, turn: Turn) -> bool:
+    """Whether an axis is one of the plane of an arc."""
+    return axis in _of_plane(turn.plane)[:2]
+
+
+def _position(control: Control, name: str, value: float) -> str:
     return f"{axis_word(name)}{value:{control.plus}z.{control.decimals}f}"
 
 
-def _without_indent(texts):
+def _without_indent(texts: Iterable[str]) -> list[str]:
     """Lines that begin with a word and not with the blank before it."""
     return [text.replace("\n ", "\n").removeprefix(" ") for text in texts]
 
 
-def _turn(control, angles):
+def _turn(control: Control, angles: dict[str, float]) -> str:
     """The line of a rapid move of the rotary axes alone; `angles` by name, degrees."""
     words = [_position(control, name, value) for name, value in angles.items()]
     turned = f"{control.begin}{''.join(words)}"
     return f"{control.rapid}{turned}" if control.modal else f"{turned} {control.rapid}"
 
 
-def _columns(control, axes, blocks, numbers, said):
+def _columns(
+    control: Control, axes: tuple[str, ...], blocks: Blocks, numbers: np.ndarray, said: Said
+) -> list[Column]:
     """The moves as `Column`s."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
     start = [] if control.number is None else [Column(control.number, control.numbers(numbers))]
@@ -217,8 +244,8 @@ def _columns(control, axes, blocks, numbers, said):
             for first, stop in zip(said.planes[::2], said.planes[1::2], strict=True):
                 shown[first:stop] = False  # in a tilted plane
         for row, turn in blocks.turns:
-            if number in _of_plane(turn.plane)[:2]:
-                shown[row] = not (turn.helix and control.arcs.helix)
+            if _lies_in(number, turn):
+                shown[row] = not (turn.helix and control.arcs is not None and control.arcs.helix)
         positions.append(Column(axis_word(axis), values, control.decimals, control.plus, shown))
     positions = [*positions, *centres]
     switched = [Column(f" {word}", shown=rows == row) for row, word in said.switches.items() if word]
@@ -238,26 +265,29 @@ def _columns(control, axes, blocks, numbers, said):
     return [*start, *modes, *before, *moved, *behind_arcs, *behind, feeds, parts, Column("\n")]
 
 
-def _turned(control, blocks):
+def _turned(control: Control, blocks: Blocks) -> tuple[list[Column], list[Column], list[Column]]:
     """What blocks hold that are arcs, as `Column`s: before the positions, the centre, and behind them."""
-    if not blocks.turns:
+    arcs = control.arcs
+    if arcs is None or not blocks.turns:
         return [], [], []
-    arcs, count, rows = control.arcs, len(blocks.words), [row for row, _ in blocks.turns]
+    count, rows = len(blocks.words), [row for row, _ in blocks.turns]
     turns = [turn for _, turn in blocks.turns]
 
-    def where(holds):
+    def where(holds: Callable[[Turn], bool]) -> np.ndarray:
         shown = np.zeros(count, bool)
         shown[[row for row, turn in blocks.turns if holds(turn)]] = True
         return shown
 
-    def number(word, values, shown):
+    def number(word: str, values: list[float], shown: np.ndarray) -> Column:
         column = np.zeros(count)
         column[rows] = values
         return Column(f" {word}", printed(column, control.decimals), control.decimals, control.plus, shown)
 
     polar = where(lambda turn: turn.helix and bool(arcs.helix))
-    before, centres = [], []
-    plane, switched = PLANES[0], {name: [] for name in arcs.planes}
+    before: list[Column] = []
+    centres: list[Column] = []
+    plane = PLANES[0]
+    switched: dict[str, list[int]] = {name: [] for name in arcs.planes}
     for last, (row, turn) in zip([-1, *rows], blocks.turns, strict=False):
         plane = plane if last == row - 1 else PLANES[0]  # where `_around` has selected it again
         if turn.plane != plane:
@@ -276,12 +306,14 @@ def _turned(control, blocks):
         Column(f" {arcs.counterclockwise}", shown=where(lambda turn: not turn.clockwise)),
     ]
     for axis, word in enumerate(arcs.centre):
-        shown = where(lambda turn, axis=axis: axis in _of_plane(turn.plane)[:2])
+        shown = where(partial(_lies_in, axis))
         centres.append(number(word, [turn.offset[axis] for turn in turns], shown))
     return ([*before], centres, senses) if arcs.begin else ([*before, *senses], centres, [])
 
 
-def _modes(control, rapid, timed, said, straight):
+def _modes(
+    control: Control, rapid: np.ndarray, timed: np.ndarray, said: Said, straight: np.ndarray
+) -> list[Column]:
     """The modal words as `Column`s, each where it begins to hold and behind a change of the tool.
 
     F in mm/min holds from the head on.
@@ -302,7 +334,7 @@ def _modes(control, rapid, timed, said, straight):
     return [Column(f" {word}", shown=shown) for word, shown in words]
 
 
-def _rapid_and_times(control, blocks, timed):
+def _rapid_and_times(control: Control, blocks: Blocks, timed: np.ndarray) -> list[Column]:
     """What stands behind the positions, but for the feed. A time is rounded so that no block is too fast."""
     words = [] if control.modal else [Column(f" {control.rapid}", shown=blocks.rapid)]
     if control.block_time:
@@ -314,11 +346,11 @@ def _rapid_and_times(control, blocks, timed):
     return words
 
 
-def _down(values, decimals):
+def _down(values: Values, decimals: int) -> Values:
     """Round down to so many decimals; what is a multiple but for the last bits stays."""
     return np.floor(values * 10.0**decimals * (1 + 1e-15) + 1e-9) / 10.0**decimals
 
 
-def _changes(values):
+def _changes(values: np.ndarray) -> np.ndarray:
     """Where a value is not the one before; the first always is not."""
     return np.concatenate([[True], values[1:] != values[:-1]]) if len(values) else np.empty(0, bool)

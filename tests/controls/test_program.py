@@ -212,8 +212,8 @@ def test_moves_read_together_are_read_as_one_by_one(dialect, data):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_ordinary_moves_are_read_together(dialect, monkeypatch):
     """None of them is left to the way line by line, once all axes are known."""
-    taken, take = [], reader._Lines.take_line
-    monkeypatch.setattr(reader._Lines, "take_line", lambda self, line: taken.append(line) or take(self, line))
+    taken, take = [], reader.Lines.take_line
+    monkeypatch.setattr(reader.Lines, "take_line", lambda self, line: taken.append(line) or take(self, line))
     count = 200
     words = np.arange(5 * count).reshape(count, 5) / 8 - [[12.5, -200, 0, 3600, 0]]
     seconds = np.where(np.arange(count) < count // 2, 0.123, np.nan)
