@@ -14,6 +14,7 @@ import pytest
 
 from mathpost import machine
 from mathpost.course import machine_page, view_machine, view_path
+from mathpost.course.view_machine import SAMPLES
 from mathpost.draw.part import Part
 from mathpost.draw.solid import ring
 from mathpost.files import write_text
@@ -466,7 +467,7 @@ def test_a_walk_says_where_the_tool_is_in_a_part(offline, dmu50v, blade, tmp_pat
     assert "in the part" not in view.said()
     depth = walk.state["runs"][0]["depth"]
     into = next(number for number, deep in enumerate(depth) if deep > 0.01)
-    view.set("record", 1 + into / 24)
+    view.set("record", 1 + into / SAMPLES)
     assert f"the tool is {depth[into]:.2f} mm in the part" in view.said()
     view.press("in the part")
     assert f"the tool is {max(depth):.2f} mm in the part" in view.said()

@@ -17,7 +17,7 @@ from PIL import Image
 
 from mathpost.course import view_gallery, view_machine, view_rotation
 from mathpost.course.lesson_data import blade, load
-from mathpost.course.view_machine import IN_THE_PART
+from mathpost.course.view_machine import IN_THE_PART, SAMPLES
 from mathpost.draw.live import HERE, MODULES, _dense
 from mathpost.draw.part import Part
 from mathpost.draw.picture import FINE, View, spread
@@ -225,7 +225,7 @@ def test_a_walk_in_a_part_draws_what_was_walked_and_what_was_cut(noted, tmp_path
     pillar = Part([ring([20, 55, height], [0, 0, 1], 10, 72) for height in (0, 100)], 3.0)
     made = view_machine.walk(kin, path, start=2.6, part=pillar)
     strokes, *_, image = next(painted(noted, made.page(), tmp_path))
-    (run,), samples = made.state["runs"], np.arange(0, 1.6, 1 / 24)
+    (run,), samples = made.state["runs"], np.arange(0, 1.6, 1 / SAMPLES)
     columns = np.transpose(run["joints"])
     joints = np.stack([np.interp([*samples, 1.6], np.arange(5), column) for column in columns], axis=1)
     sent = made.scenes[0].state()

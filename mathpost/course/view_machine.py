@@ -14,7 +14,7 @@ from mathpost.post import selection
 from mathpost.post.singular import distance, from_pole, regions
 
 CONE = np.radians(1.0)  # about the singular tool axes
-SAMPLES = 24  # of the tool between two blocks, here and in paths.js
+SAMPLES = 48  # of the tool in a part, between two blocks
 IN_THE_PART = "#c0002a"
 BRANCHES = ("first branch", "second branch")
 
@@ -99,7 +99,8 @@ def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0, part=None)
             sampled = np.stack([np.interp(at, number, column) for column in blocks.T], axis=-1)
             depth = solid.depth(*each.forward(sampled))
             run["depth"] = depth.round(4).tolist()
-            places.append(["in the part", float(np.interp(at[depth.argmax()], number, ends)) + 1])
+            if depth.any():
+                places.append(["in the part", float(np.interp(at[depth.argmax()], number, ends)) + 1])
         state_runs.append(run)
         scenes.append(drawn)
         said.append(f"record {start:g}: {pose_text(each, here)}")

@@ -81,7 +81,7 @@ Object.assign(KINDS, {
         };
         for (const run of runs) {
             const named = (name) => run.scene.lines.find((line) => line.name === name), way = named("true tip"), n = run.joints.length;
-            const numbers = run.joints.map((_, k) => [k]), at = numbers.flat(), every = n > 200 && !run.depth ? 0 : 24;
+            const numbers = run.joints.map((_, k) => [k]), at = numbers.flat(), every = run.depth ? (run.depth.length - 1) / (n - 1) : n > 200 ? 0 : 24;
             const tips = Array.from({ length: every && (n - 1) * every + 1 }, (_, i) => pose(run.m, interpolate(run.joints, at, i / every))[0]);
             way.parts = [tips];
             if (run.depth) run.upTo = (place, tip) => { // draw the path so far, and return how deep the tool is

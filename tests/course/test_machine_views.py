@@ -11,6 +11,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from mathpost.course import view_machine, view_rotation
+from mathpost.course.view_machine import SAMPLES
 from mathpost.draw import scene
 from mathpost.draw.arrangement import GREYS, arrange, placing
 from mathpost.draw.part import Part, clearance
@@ -304,14 +305,14 @@ def test_a_walk_tells_how_deep_the_tool_is_in_a_part(dmu50v, blade, pillar):
     joints = dmu50v.inverse(blade.points, blade.axes)[:, 0]
     view = view_machine.walk(dmu50v, blade, joints, part=beside)
     (run,) = view.state["runs"]
-    assert len(run["depth"]) == 4 * 24 + 1
-    number = 24 + 20  # five sixths of the swing
-    tip, axis = dmu50v.forward(joints[1] + (joints[2] - joints[1]) * 20 / 24)
+    assert len(run["depth"]) == 4 * SAMPLES + 1
+    number = SAMPLES * 11 // 6  # five sixths of the swing
+    tip, axis = dmu50v.forward(joints[1] + (joints[2] - joints[1]) * 5 / 6)
     along = tip + np.linspace(3, 60, 2000)[:, None] * axis
     from_axis = np.linalg.norm(along[:, :2] - [50, 47], axis=1).min()
     assert run["depth"][number] == pytest.approx(max(0, 13 - from_axis), abs=5e-3)
     deepest = dict(view.state["places"])["in the part"]
-    assert deepest == pytest.approx(1 + np.argmax(run["depth"]) / 24)
+    assert deepest == pytest.approx(1 + np.argmax(run["depth"]) / SAMPLES)
     (drawn,) = [each for each in view.scenes[0].solids if isinstance(each, Lofted)]
     assert drawn.rings[1] == pytest.approx(beside.rings[0]), "the part stands in place of the sketch"
 
