@@ -31,7 +31,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 # Everybody's tests draw the same examples each time. By hand, and as often as one likes: --hypothesis-profile=many
-MANY = 50
+FEW, MANY = 60, 50  # examples at most, and how many times as many as the test says
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.register_profile("many", derandomize=False, deadline=None, print_blob=True)
 settings.load_profile("same")
@@ -54,13 +54,13 @@ def pytest_xdist_auto_num_workers(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """What takes longest begins first. With the profile "many" random examples are `MANY` times as many."""
+    """What takes longest begins first. Random examples are at most `FEW`; many more with the profile "many"."""
     long = ("test_browser.py", "test_class", "test_planted", "test_workbook", "13b_")
     items.sort(key=lambda item: next((n for n, name in enumerate(long) if name in item.nodeid), len(long)))
-    if runs_all(config):
-        for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
-            said = test._hypothesis_internal_use_settings
-            test._hypothesis_internal_use_settings = settings(said, max_examples=MANY * said.max_examples)
+    for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
+        said = test._hypothesis_internal_use_settings
+        count = MANY * said.max_examples if runs_all(config) else min(FEW, said.max_examples)
+        test._hypothesis_internal_use_settings = settings(said, max_examples=count)
 
 
 def pytest_collection_finish(session):

@@ -15,14 +15,16 @@ from mathpost.controls.simulation import write_folder
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.shell.main import main
-from tests.conftest import DATA
+from tests.conftest import DATA, runs_all
 from tests.independent import judge
 from tests.independent.machine_model import Model
 from tests.linuxcnc import control
 
 MISSING = control.missing() if sys.platform == "linux" else "LinuxCNC runs on Linux"
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
-MACHINES = sorted((DATA / "machines").glob("*.toml"))
+MACHINES = [file.stem for file in sorted((DATA / "machines").glob("*.toml"))]
+# Of each arrangement one; all of them by --hypothesis-profile=many.
+FEW = ["ac_table", "head_b_table_c", "nutating_head", "dividing_head"]
 WAYS = {  # of a program: the control's file, TCP, how well its seconds are known
     "joints G61": ("linuxcnc", False, 0.01), "TCP G61": ("linuxcnc", True, 0.01),
     "joints G64": ("linuxcnc_g64", False, 0.02), "TCP G64": ("linuxcnc_g64", True, 0.02),
@@ -94,12 +96,18 @@ def on_their_module(file, module):
         return Run(file, Path(folder), ("TCP G61",), hal=hal)
 
 
+def pytest_generate_tests(metafunc):
+    if "ran" in metafunc.fixturenames:
+        metafunc.parametrize("ran", MACHINES if runs_all(metafunc.config) else FEW, indirect=True)
+
+
 @pytest.fixture(scope="module")
-def started(tmp_path_factory):
+def started(tmp_path_factory, of):
     """All runs, a few at once, for the control mostly waits."""
     positive = tmp_path_factory.mktemp("positive")
     with ThreadPoolExecutor(AT_ONCE) as pool:
-        runs = {file.stem: pool.submit(on_printed_kinematics, file) for file in MACHINES}
+        files = {name: DATA / f"machines/{name}.toml" for name in of(FEW, MACHINES)}
+        runs = {name: pool.submit(on_printed_kinematics, file) for name, file in files.items()}
         for name, module in OWN_MODULES.items():
             iso = DATA / f"machines/{name}.toml"
             for kind, file in (("iso", iso), ("positive", turned_positively(iso, positive / f"{name}.toml"))):
@@ -107,7 +115,7 @@ def started(tmp_path_factory):
         yield runs
 
 
-@pytest.fixture(params=[file.stem for file in MACHINES])
+@pytest.fixture
 def ran(request, started):
     return started[request.param].result()
 

@@ -65,9 +65,14 @@ def moves_of(result, setup, control, name):
     return moves, judge.sample(model, moves, turn=0.5)
 
 
-@pytest.mark.parametrize("tcp", [False, True], ids=["joints", "TCP"])
 @pytest.mark.parametrize("number", range(6))
-def test_arcs_and_helices_are_run(number, tcp):
+def test_arcs_and_helices_are_run(number, of):
+    """By the joints on every second machine and with TCP on the others, or both on all."""
+    for tcp in of([number % 2 == 1], [False, True]):
+        arcs_and_helices_are_run(number, tcp)
+
+
+def arcs_and_helices_are_run(number, tcp):
     rng = np.random.default_rng(number)
     name, control = MACHINES[number], CONTROLS[(number + 3 * tcp) % 6]
     setup, axis, across, along = on_machine(name)
