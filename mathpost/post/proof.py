@@ -327,8 +327,8 @@ def in_body(points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: floa
     for tip, axis in zip(tips, axes, strict=True):
         off = points - tip
         along = off @ axis
-        beside = np.linalg.norm(off - np.outer(along, axis), axis=1)
-        inside |= (along > 0) & (along < length) & (beside < BODY)
+        beside = np.vecdot(off, off) - along**2  # the square of the distance from the axis
+        inside |= (along > 0) & (along < length) & (beside < BODY**2)
     return inside
 
 
