@@ -3,6 +3,7 @@
 import argparse
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from mathpost.course.lesson_data import data
 from mathpost.errors import InputError
 from mathpost.files import write_bytes
 from mathpost.shell.main import option_actions
+from mathpost.workbench.drop import Drop
 
 SHIPPED = {  # files that come with the package, by the option that takes them
     "cl": "cl/*.cl",
@@ -23,14 +25,8 @@ SHIPPED = {  # files that come with the package, by the option that takes them
     "path": "workbooks/*.xlsx",
 }
 UNITS = {"MM": "mm", "DEG": "°"}
-MEGABYTE = 2**20
-LARGEST = 8 * MEGABYTE  # of what is uploaded at once: a message of more than ten ends a Jupyter connection
-MOST = 500  # files
-# An app of voila is for people who may not look into the server: files are uploaded, and downloaded.
+# An app of voila is for people who may not look into the server: files are dropped, and downloaded.
 IS_APP = os.environ.get("SERVER_SOFTWARE", "").startswith("voila")
-# The server drops a larger message before Python sees it: only the sign that it came tells of the loss.
-BOUND = f"Upload at most {LARGEST // MEGABYTE} MB: what has arrived is named in the field"
-BOUND += "." if IS_APP else "; give a larger file by its path."
 LABEL, FIELD = "120px", "340px"
 STYLE = {"description_width": LABEL}
 
@@ -69,7 +65,7 @@ class Option:
         return isinstance(self.action, argparse._AppendAction)
 
     def words(self, folder: Path) -> list[str]:
-        """Return the words; what was uploaded is written into `folder`."""
+        """Return the words; what was dropped is written into `folder`."""
         value = self.field.value
         if isinstance(value, bool) or value is None:
             return [self.name] * bool(value)
@@ -85,24 +81,21 @@ class Option:
 
 
 class FileOption(Option):
-    """A control for a file, or several: uploaded, by its path, or the name of one that comes with the package.
+    """A control for a file, or several: dropped, by its path, or the name of one that comes with the package.
 
-    A value that is a dictionary, name → text, stands for files that need no upload: those that a lesson draws.
+    A value that is a dictionary, name → text, stands for files that are there already: those that a lesson draws.
     """
 
     def __init__(self, action: argparse.Action, value: Any = None):
-        self.several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
+        several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
         drawn = value if isinstance(value, dict) else {}
         super().__init__(action, None if drawn else value)
-        self.upload = widgets.FileUpload(
-            description="Upload", multiple=self.several, tooltip=BOUND,
-            layout=widgets.Layout(width="120px", flex="0 0 auto"),
-        )  # fmt: skip
-        self.uploaded: dict[str, bytes] = {}
-        self._put({name: text.encode() for name, text in drawn.items()})
-        self.upload.observe(self._take, "value")
-        bound = widgets.HTML(f"<span class=mathpost-help>{BOUND}</span>")
-        self.box.children = (self.field, self.upload, widgets.VBox([*self.box.children[1:], bound]))
+        self.drop = Drop(self.field.description, several)
+        if drawn:
+            self.drop.put({name: text.encode() for name, text in drawn.items()})
+            self._name()
+        self.drop.observe(self._name, "changes")
+        self.box.children = (self.field, self.drop, *self.box.children[1:])
 
     def _made(self, label, value):
         pattern = SHIPPED.get(self.action.dest)
@@ -113,52 +106,52 @@ class FileOption(Option):
             style=STYLE, layout=widgets.Layout(width=FIELD, flex="0 0 auto"),
         )  # fmt: skip
 
-    def _take(self, _change):
-        self._put({Path(each["name"]).name: bytes(each["content"]) for each in self.upload.value})
+    def _name(self, _change=None):
+        """What is held is what the field names, until something else is typed there."""
+        self.field.value = self._named()
 
-    def _put(self, files):
-        """What was uploaded is what the field names, until something else is typed there."""
-        self.uploaded = files
-        names = list(files)
-        if names:
-            self.field.value = names[0] if len(names) == 1 else f"{len(names)} files, uploaded"
+    def _named(self):
+        names = list(self.drop.files)
+        return names[0] if len(names) == 1 else f"{len(names)} files" * bool(names)
+
+    def _is_held(self):
+        return bool(self.drop.files) and self.field.value.strip() == self._named()
 
     def words(self, folder: Path) -> list[str]:
         """Return the paths, with the option's name before each that has one."""
         paths = self.paths(folder)
         if len(paths) > 1 and self.action.nargs is None:
-            paths = [paths[0].parent]
+            paths = [folder / self.action.dest]
         return [str(path) if self.positional else f"{self.name}={path}" for path in paths]
 
     def paths(self, folder: Path) -> list[Path]:
-        """Return the paths of the files that the field names; what was uploaded is written into `folder`."""
+        """Return the paths of the files that the field names; those that were dropped are written into `folder`."""
         text = self.field.value.strip()
-        if text and (text in self.uploaded or text == f"{len(self.uploaded)} files, uploaded"):
-            return list(self._written(folder / self.action.dest))
-        names = [name.strip() for name in (text.split(";") if self.several else [text]) if name.strip()]
+        files = self.drop.whole()
+        if self._is_held():
+            return [_written(folder / self.action.dest / name, content) for name, content in files.items()]
+        names = [name.strip() for name in (text.split(";") if self.action.nargs else [text]) if name.strip()]
         if IS_APP:
             for name in set(names) - {*self.shipped, *(Path(each).stem for each in self.shipped)}:
-                raise InputError(self.action.dest, "a file that is uploaded, or one of the list", repr(name))
+                raise InputError(self.action.dest, "a file that is dropped, or one of the list", repr(name))
         return [self.shipped.get(name, Path(name)) if not Path(name).exists() else Path(name) for name in names]
 
     def content(self) -> bytes | None:
         """Return the content of the one file that the field names, None if there is none."""
-        text = self.field.value.strip()
-        if text in self.uploaded:
-            return self.uploaded[text]
-        paths = self.paths(Path())
-        found = self.shipped.get(f"{paths[0]}.toml", paths[0]) if len(paths) == 1 else None
-        return found.read_bytes() if found is not None and found.is_file() else None
+        if self._is_held():
+            return next(iter(self.drop.files.values())) if len(self.drop.files) == 1 else None
+        with suppress(InputError):  # which a run says
+            paths = self.paths(Path())
+            found = self.shipped.get(f"{paths[0]}.toml", paths[0]) if len(paths) == 1 else None
+            return found.read_bytes() if found is not None and found.is_file() else None
+        return None
 
-    def _written(self, folder):
-        size = sum(map(len, self.uploaded.values()))
-        if size > LARGEST or len(self.uploaded) > MOST:
-            expected = f"at most {MOST} uploaded files, {LARGEST // MEGABYTE} MB together; more by the path"
-            raise InputError(self.action.dest, expected, f"{len(self.uploaded)}, {size / MEGABYTE:.1f} MB")
-        folder.mkdir()
-        for name, content in self.uploaded.items():
-            write_bytes(folder / name, content)
-            yield folder / name
+
+def _written(path, content):
+    with suppress(OSError):  # which the next line says
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_bytes(path, content)
+    return path
 
 
 def _shipped(pattern):

@@ -13,7 +13,8 @@ from IPython.display import display
 
 from mathpost.errors import MathpostError
 from mathpost.files import read_text, write_bytes
-from mathpost.workbench.options import IS_APP, MEGABYTE, Option, options
+from mathpost.workbench.drop import MEGABYTE
+from mathpost.workbench.options import IS_APP, Option, options
 from mathpost.workbench.run import Made, Run
 
 SENTENCE = "Run this cell: it needs Python."

@@ -48,7 +48,9 @@ class PostPanel(Panel):
         self.axes = Axes()
         super().__init__("post", work, FIRST, {"compare": True} | values)
         self.section("Travel, rates and accelerations of the axes", self.axes)
-        self["machine"].field.observe(lambda _: self._show_axes(), "value")
+        machine: Any = self["machine"]
+        machine.field.observe(lambda _: self._show_axes(), "value")
+        machine.drop.observe(lambda _: self._show_axes(), "changes")
         self._show_axes()
 
     def _show_axes(self):

@@ -94,7 +94,7 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
     def say(stage="", done=0, total=0, row=""):
         connection.send(("told", (stage, done, total, named(row))))
 
-    def named(text):  # what was uploaded is called by its name alone
+    def named(text):  # what was dropped is called by its name alone
         return re.sub(f"{re.escape(str(folder))}{re.escape(os.sep)}\\w+{re.escape(os.sep)}", "", text)
 
     try:

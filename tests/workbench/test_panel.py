@@ -5,7 +5,6 @@ import io
 import re
 import tempfile
 import zipfile
-from datetime import UTC, datetime
 from pathlib import Path
 
 import ipywidgets as widgets
@@ -16,12 +15,10 @@ from mathpost import workbench
 from mathpost.course.exercises.capstone import task
 from mathpost.errors import InputError
 from mathpost.shell import main, post
-from mathpost.workbench.options import LARGEST
 from mathpost.workbench.panel import SENTENCE
 from mathpost.workbench.run import Made, parsed
 from tests.conftest import DATA
 
-WHEN = datetime(2026, 1, 2, tzinfo=UTC)
 MADE = {  # none is changed
     "post": workbench.post(cl="blade.cl", machine="dmu50v.toml"),
     "check": workbench.check(path="right.xlsx"),
@@ -40,18 +37,21 @@ def inside(widget):
         yield from inside(child)
 
 
-def uploaded(panel, name, files):
-    """Put files, by name, into an option as a browser does."""
-    panel[name].upload.value = [
-        {"name": file, "type": "", "size": len(content), "content": memoryview(content), "last_modified": WHEN}
-        for file, content in files.items()
-    ]
+def dropped(panel, name, files):
+    """Put files, by name, into an option, as they have arrived."""
+    panel[name].drop.put(files)
 
 
 def said(panel):
     """The line under the buttons, without its colour, and the colour."""
     found = re.search(r'mathpost-said (\w*)" role="status">(.*)</div>', panel.said.value)
     return found[2], found[1]
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path_factory, monkeypatch):
+    """Folders of runs are where no other run has any."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path_factory.mktemp("runs")))
 
 
 def left():
@@ -97,10 +97,10 @@ def test_an_option_that_is_new_in_the_shell_is_new_in_the_panel(monkeypatch, tmp
 
 
 def test_the_program_is_the_shells_byte_for_byte(tmp_path):
-    """A CL file uploaded, B's travel changed: against the shell on a machine file that was changed by hand."""
+    """A CL file dropped, B's travel changed: against the shell on a machine file that was changed by hand."""
     before = left()
     panel = workbench.post(machine="dmu50v.toml", compare=False)
-    uploaded(panel, "cl", {"wing.cl": (DATA / "cl/blade.cl").read_bytes()})
+    dropped(panel, "cl", {"wing.cl": (DATA / "cl/blade.cl").read_bytes()})
     panel.axes.cells["B"]["from"].value = "-25"
     panel.start()
     panel.wait()
@@ -177,33 +177,40 @@ def test_numbers_of_axes_go_into_the_file_and_what_was_not_changed_stays(tmp_pat
     assert panel.axes.cells["B"]["from"].value == "-35", "a different machine, different numbers"
 
 
-def test_uploads_are_bounded_and_stay_in_their_folder(tmp_path):
-    panel = workbench.post(machine="dmu50v.toml")
-    uploaded(panel, "cl", {"../../evil.cl": b"GOTO/0,0,0"})
+def test_what_was_dropped_is_used_until_something_else_is_typed(tmp_path):
+    panel = workbench.post(cl="blade.cl", machine="dmu50v.toml")
+    dropped(panel, "cl", {"mine.cl": b"GOTO/0,0,0"})
     (path,) = panel["cl"].paths(tmp_path)
-    assert path == tmp_path / "cl/evil.cl" and path.read_bytes() == b"GOTO/0,0,0"
-    uploaded(panel, "cl", {"large.cl": bytes(LARGEST + 1)})
+    assert path == tmp_path / "cl/mine.cl" and path.read_bytes() == b"GOTO/0,0,0"
+    panel["cl"].field.value = "blade.cl"
+    assert panel["cl"].paths(tmp_path)[0].samefile(DATA / "cl/blade.cl")
+    dropped(panel, "cl", {})
+    assert panel["cl"].field.value == ""
+
+
+def test_a_machine_that_is_dropped_again_shows_its_new_numbers():
+    panel = workbench.post(cl="blade.cl")
+    text = (DATA / "machines/dmu50v.toml").read_bytes()
+    for low in (b"0", b"9"):
+        dropped(panel, "machine", {"mine.toml": text.replace(b"limits = [0, 180]", b"limits = [%s, 180]" % low)})
+        assert panel.axes.cells["B"]["from"].value == low.decode()
+
+
+def test_nothing_runs_before_all_has_arrived():
+    before = left()
+    panel = workbench.post(cl="blade.cl", machine="dmu50v.toml")
+    panel["cl"].drop.offer([("mine.cl", 3 * 2**20)])
+    panel["cl"].drop.piece("mine.cl", 0, bytes(2**20))
     panel.start()
     text, colour = said(panel)
-    assert colour == "wrong" and "at most 500 uploaded files, 8 MB together" in text and panel.thread is None
-
-
-@pytest.mark.parametrize("name", MADE)
-def test_beside_every_upload_stand_its_bound_and_the_way_for_larger_files(name):
-    """A larger message is dropped on its way: Python cannot tell of it afterwards."""
-    for option in MADE[name].options.values():
-        notes = [each.value for each in inside(option.box) if isinstance(each, widgets.HTML)]
-        is_told = any(
-            "at most 8 MB" in note and "named in the field" in note and "larger file by its path" in note
-            for note in notes
-        )
-        assert is_told is hasattr(option, "upload"), option.name
+    assert colour == "wrong" and panel.thread is None and left() == before
+    assert text == "mine.cl: expected a file that has arrived (wait, or drop it again), found 1.0 of 3.0 MB"
 
 
 def test_a_cancelled_run_ends_at_once_and_leaves_nothing():
     before = left()
     panel = workbench.post(machine="dmu50v")
-    uploaded(panel, "cl", {"twisted.cl": (DATA / "cl/twisted_blade.cl").read_bytes()})
+    dropped(panel, "cl", {"twisted.cl": (DATA / "cl/twisted_blade.cl").read_bytes()})
     panel.start()
     while not panel.bar.value:  # it has begun
         panel.thread.join(0.05)
@@ -248,11 +255,11 @@ def worked(panel, folder):
 
 
 def test_a_class_of_workbooks_becomes_a_table_that_opens(tmp_path):
-    """Uploaded: right, wrong, and one that is no workbook; against the shell's own words."""
+    """Dropped: right, wrong, and one that is no workbook; against the shell's own words."""
     names = ("right.xlsx", "lucky.xlsx", "missing_transpose.xlsx")
     files = {name: (DATA / "workbooks" / name).read_bytes() for name in names} | {"torn.xlsx": b"torn"}
     panel = workbench.check()
-    uploaded(panel, "path", files)
+    dropped(panel, "path", files)
     made, (head, *rows) = worked(panel, tmp_path)
     assert "first wrong cell" in head and len(rows) == 4 and made.fine is None
     assert made.said == "4 workbooks: 1 not read, 1 right, 2 wrong"
@@ -286,7 +293,7 @@ def test_readings_become_files_and_the_worst_is_named(tmp_path):
     lines[number] = ",".join([*others, str(float(last) + 0.05)])
     (tmp_path / "b").mkdir()
     moved = workbench.calibrate(machine="ac_table.toml")
-    uploaded(moved, "readings", {"moved.csv": "\n".join(lines).encode()})
+    dropped(moved, "readings", {"moved.csv": "\n".join(lines).encode()})
     made, _ = worked(moved, tmp_path / "b")
     assert made.fine is False and list(made.files) == ["report.txt"]
     assert f"moved.csv, line {number + 1}, column" in made.pages["Readings"].split("</p>")[0]
@@ -317,7 +324,7 @@ def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
     right = program.read_text(encoding="utf-8")
     for text, fine in ((right, True), (right.replace("B+11.8172", "B-11.8172"), False)):
         panel = workbench.verify(machine="dmu50v.toml", cl="blade.cl")
-        uploaded(panel, "program", {"mine.h": text.encode()})
+        dropped(panel, "program", {"mine.h": text.encode()})
         (folder := tmp_path / str(fine)).mkdir()
         made, _ = worked(panel, folder)
         assert ("agrees with all 5 records" in made.said) is fine
@@ -325,7 +332,7 @@ def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
 
 
 @pytest.mark.parametrize("number", [0, 5, 14])
-def test_what_a_lesson_draws_needs_no_upload(number, tmp_path):
+def test_what_a_lesson_draws_is_there(number, tmp_path):
     """The part and the machine of lesson 07c, as a panel has them, against the program that the shell makes."""
     drawn = task(number)
     for name, text in (("machine.toml", drawn.machine), ("part.cl", drawn.cl)):
@@ -333,20 +340,20 @@ def test_what_a_lesson_draws_needs_no_upload(number, tmp_path):
     files = [f"{tmp_path / 'part.cl'}", "--machine", f"{tmp_path / 'machine.toml'}"]
     assert main.main(["post", *files, "-o", f"{tmp_path / 'mine.h'}"]) == 0
     panel = workbench.verify(machine={"machine.toml": drawn.machine}, cl={"part.cl": drawn.cl})
-    uploaded(panel, "program", {"mine.h": (tmp_path / "mine.h").read_bytes()})
+    dropped(panel, "program", {"mine.h": (tmp_path / "mine.h").read_bytes()})
     (tmp_path / "run").mkdir()
     made, _ = worked(panel, tmp_path / "run")
     assert made.fine and "agrees with all 11 records" in made.said
 
 
 def test_an_app_looks_at_nothing_of_its_server(monkeypatch, tmp_path):
-    """Served by voila: what is uploaded and what comes with the package, no path, and nothing is saved there."""
+    """Served by voila: what is dropped and what comes with the package, no path, and nothing is saved there."""
     for module in ("options", "panel"):
         monkeypatch.setattr(f"mathpost.workbench.{module}.IS_APP", True)
     panel = workbench.post(cl="blade.cl", machine="dmu50v")
     assert parsed(panel.words(tmp_path)).cl.name == "blade.cl"
     panel["cl"].field.value = str(DATA / "cl/blade.cl")
-    with pytest.raises(InputError, match="cl: expected a file that is uploaded, or one of the list"):
+    with pytest.raises(InputError, match="cl: expected a file that is dropped, or one of the list"):
         panel.words(tmp_path)
     panel.show(Made("done", {}, {"a.h": b"1"}))
     assert not hasattr(panel.found.children[0], "children")

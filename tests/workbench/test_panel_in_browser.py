@@ -1,8 +1,12 @@
-"""A panel in JupyterLab: a file uploaded, a number changed, run, downloaded; then without its kernel, reopened."""
+"""A panel in JupyterLab: files dropped, a number changed, run, downloaded; then without its kernel, reopened."""
+
+import shutil
+from pathlib import Path
 
 import pytest
 
 from mathpost.shell import main
+from mathpost.workbench.drop import LARGEST
 from mathpost.workbench.panel import SENTENCE
 from tests.conftest import DATA
 from tests.test_browser import CLOSE, CLOSE_ONLY, PICTURES, browser, lab, page, reopen, run  # noqa: F401, fixtures
@@ -23,14 +27,38 @@ def by_hand(tmp_path):
     return (tmp_path / "blade.h").read_bytes()
 
 
-def test_a_panel_in_jupyterlab(page, by_hand):  # noqa: F811
+@pytest.fixture
+def hand_ins(tmp_path):
+    """A folder of a class: two workbooks at the top, one in a folder, one file of more than a message may hold."""
+    (tmp_path / "class/late").mkdir(parents=True)
+    for name in ("right.xlsx", "lucky.xlsx", "late/right.xlsx"):
+        shutil.copy(DATA / "workbooks" / Path(name).name, tmp_path / "class" / name)
+    (tmp_path / "class/photo.png").write_bytes(bytes(12 * 2**20))
+    return tmp_path / "class"
+
+
+def drop(zone, *paths):
+    """Drop files and folders as a file manager does."""
+    zone.scroll_into_view_if_needed()
+    box = zone.bounding_box()
+    place = {"x": box["x"] + 20, "y": box["y"] + 20}
+    mouse = zone.page.context.new_cdp_session(zone.page)
+    data = {"items": [], "files": list(map(str, paths)), "dragOperationsMask": 1}
+    for kind in ("dragEnter", "dragOver", "drop"):
+        mouse.send("Input.dispatchDragEvent", {"type": kind, "data": data, **place})
+    mouse.detach()
+
+
+def test_a_panel_in_jupyterlab(page, by_hand, hand_ins):  # noqa: F811
     notebook, _ = run(page, "15_workbench")
     panel = page.locator(".mathpost-panel").first
     sentence = page.locator(f"#{notebook} .mathpost-sentence").first
+    choose = panel.get_by_role("button", name="Drop a file, or choose one: cl")
+    page.locator(".mathpost-drop").last.wait_for(state="attached")  # no cell takes the keys any more
     with page.expect_file_chooser() as chooser:
-        panel.get_by_role("button", name="Upload").first.click()
+        choose.press("Enter")
     chooser.value.set_files(DATA / "cl/blade.cl")
-    panel.get_by_role("button", name="Upload (1)").wait_for()
+    panel.get_by_role("button", name="remove blade.cl").wait_for()
     panel.get_by_text("Travel, rates and accelerations").click()
     cell = panel.get_by_label("B from, °")
     cell.fill("-25")
@@ -46,6 +74,31 @@ def test_a_panel_in_jupyterlab(page, by_hand):  # noqa: F811
         page.keyboard.press("Enter")
     assert download.value.path().read_bytes() == by_hand
     page.screenshot(path=PICTURES / "workbench_post.png")
+
+    check = page.locator(".mathpost-panel").nth(1)
+    zone = check.locator(".mathpost-drop.several")
+    drop(zone, hand_ins, DATA / "workbooks/lucky.xlsx")
+    zone.get_by_text("5 files came").wait_for()
+    axe = pytest.importorskip("axe_playwright_python", reason="axe-core is not installed")
+    page.evaluate((Path(axe.__file__).parent / "axe.min.js").read_text(encoding="utf-8"))
+    assert page.evaluate("axe.run('.mathpost-drop')")["violations"] == []
+    zone.get_by_role("button", name="remove class/lucky.xlsx").press("Enter")
+    zone.get_by_role("button", name="remove class/lucky.xlsx").wait_for(state="detached")
+    assert page.evaluate("document.activeElement.title") == "remove", "the next one has the keys"
+    check.get_by_role("button", name="Run", exact=True).click()
+    check.get_by_text("3 workbooks: 2 right, 1 wrong").wait_for()
+    assert check.locator("summary span:first-child").all_inner_texts() == [
+        "file", "class/late/right.xlsx", "class/right.xlsx", "lucky.xlsx",
+    ]  # fmt: skip
+    zone.get_by_role("button", name="Remove all: path").click()
+    zone.locator("li").first.wait_for(state="detached")
+    assert check.get_by_label("path", exact=True).input_value() == ""
+    large = hand_ins / "large.xlsx"
+    with large.open("wb") as file:
+        file.truncate(LARGEST + 1)
+    drop(zone, large)
+    zone.get_by_text("large.xlsx: expected at most 100 MB a file").wait_for()
+    page.screenshot(path=PICTURES / "workbench_check.png")
 
     page.evaluate(RESTART, notebook)
     sentence.wait_for()
