@@ -23,7 +23,7 @@ from mathpost.draw.part import Part
 from mathpost.draw.picture import FINE, View, spread
 from mathpost.draw.plot import COLOUR
 from mathpost.draw.solid import ring
-from mathpost.post.proof import true_tip
+from mathpost.path.deviation import true_tip
 from tests.conftest import LESSONS
 from tests.test_browser import CHROMIUM, PICTURE, browser, opened  # noqa: F401  the fixture of this module, too
 

@@ -7,9 +7,9 @@ from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
 from mathpost.draw.live import Moving, formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import DARK, Label, Line, Scene
+from mathpost.path.deviation import from_arc, strays
 from mathpost.post import selection
 from mathpost.post.between_blocks import Motion
-from mathpost.post.proof import from_arc, strays
 from mathpost.post.time_law import block_times, time_law
 from mathpost.rotation import ACTIVE
 from mathpost.sources import yu_dan

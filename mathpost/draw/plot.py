@@ -9,7 +9,7 @@ import sympy as sp
 from IPython.display import Math, display
 
 from mathpost.draw.described import describe
-from mathpost.post.proof import true_tip
+from mathpost.path.deviation import true_tip
 from mathpost.rotation import unit
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.

@@ -2,5 +2,5 @@
 
 Read `cl` first (the data), then `cl_lines` (statements as they stand in a file), `coordinates` (whose they are),
 `cl_words` (which words there are) and what they do: `modal` and `orders`, `moves` and `arcs`, `holes`. `text` reads
-and writes many numbers at once.
+and writes many numbers at once. `deviation` is how far a machine strays from the path between two poses.
 """

@@ -15,8 +15,8 @@ import numpy as np
 
 from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
+from mathpost.path import deviation
 from mathpost.path.cl import CLData
-from mathpost.post import proof
 
 WINDOW = 200  # records that may lie between the places of two blocks
 MANY = 15_000  # blocks; with more of them it pays to load Numba
@@ -180,7 +180,7 @@ def _strays(kin, joints, tcp, cl, place, moves):
     if plain.size:
         ends = [cl.at(place[rows]) for rows in (plain, plain + 1)]
         tips, axes = zip(*ends, strict=True)
-        worst[:, ~spans] = proof.deviation(kin, joints[plain], joints[plain + 1], tips=tips, axes=axes)
+        worst[:, ~spans] = deviation.deviation(kin, joints[plain], joints[plain + 1], tips=tips, axes=axes)
         kept = tcp[plain + 1]
         at = [kin.forward(joints[rows])[0] for rows in (plain, plain + 1)]
         straight = np.max([np.linalg.norm(a - b, axis=1) for a, b in zip(at, tips, strict=True)], axis=0)
@@ -198,10 +198,10 @@ def _over(kin, joints, tcp, cl, place, move):
     inside = np.arange(np.floor(place[move] + SAME_PLACE) + 1, place[move + 1] - SAME_PLACE)
     places = np.r_[place[move], inside, place[move + 1]]
     points, directions = cl.at(places)
-    off_record = np.min([proof.from_segment(points, *ends) for ends in pairwise(tips)], axis=0)
-    off_path = np.min([proof.from_segment(tips, *ends) for ends in pairwise(points)], axis=0)
-    record_lean = np.min([proof.from_arc(directions, *ends) for ends in pairwise(axes)], axis=0)
-    path_lean = np.min([proof.from_arc(axes, *ends) for ends in pairwise(directions)], axis=0)
+    off_record = np.min([deviation.from_segment(points, *ends) for ends in pairwise(tips)], axis=0)
+    off_path = np.min([deviation.from_segment(tips, *ends) for ends in pairwise(points)], axis=0)
+    record_lean = np.min([deviation.from_arc(directions, *ends) for ends in pairwise(axes)], axis=0)
+    path_lean = np.min([deviation.from_arc(axes, *ends) for ends in pairwise(directions)], axis=0)
     return max(off_record.max(), off_path.max()), max(record_lean.max(), path_lean.max())
 
 

@@ -8,9 +8,9 @@ A control without TCP moves all five joints linearly from block to block: tip an
 import numpy as np
 
 from mathpost.errors import ReachError
+from mathpost.path.deviation import AXIS_RESOLUTION, TIP, derivative, peak, sampled, stray
 from mathpost.post import singular
 from mathpost.post.motion import ON_PART, Motion
-from mathpost.post.proof import AXIS_RESOLUTION, derivative, peak, sampled, stray
 from mathpost.post.selection import nearest
 
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
@@ -119,7 +119,7 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
         firsts = np.cumsum(pieces[rest]) - pieces[rest]
         starts = np.roll(ends, 1, axis=0)
         starts[firsts] = start[rest]
-        error = np.maximum.reduceat(stray(0, kin, starts, ends), firsts)
+        error = np.maximum.reduceat(stray(TIP, kin, starts, ends), firsts)
         over = error > tolerance[rest]
         rest, error = rest[over], error[over]
         # The error falls with the square of the number of pieces.

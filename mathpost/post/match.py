@@ -6,7 +6,7 @@ import numpy as np
 
 from mathpost.kinematics import Kinematics
 from mathpost.path.cl import CLData
-from mathpost.post.proof import deviation
+from mathpost.path.deviation import deviation
 
 
 @dataclass(frozen=True)

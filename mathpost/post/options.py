@@ -12,7 +12,7 @@ from mathpost.compensate.model import MachineErrors
 from mathpost.controls.control import Control, control_for
 from mathpost.errors import InputError, as_array
 from mathpost.machine import Machine
-from mathpost.post.proof import AXIS_RESOLUTION
+from mathpost.path.deviation import AXIS_RESOLUTION
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, CONE, LEAN, refuse_nonsense
 from mathpost.post.ways import Crossing

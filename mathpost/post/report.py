@@ -10,6 +10,7 @@ from mathpost.controls.blocks import Blocks
 from mathpost.controls.control import BETWEEN_BLOCKS
 from mathpost.errors import MathpostError
 from mathpost.machine import Machine
+from mathpost.path import deviation
 from mathpost.path.cl import CLData, commands
 from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
@@ -173,7 +174,7 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
         record = path.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
     moves = np.flatnonzero(motion.in_cut & ~motion.at_feed(path.cl))
-    worst = np.degrees(proof.strays(path.kin, path.cl, motion, moves)[1].max(initial=0))
+    worst = np.degrees(deviation.strays(path.kin, path.cl, motion, moves)[1].max(initial=0))
     if worst > 0.1:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     if commands(path.cl.remarks, "tool") and not approaches(path.kin.machine, options):

@@ -14,6 +14,7 @@ from mathpost.errors import InputError, ReachError
 from mathpost.formula import slices
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
+from mathpost.path import deviation
 from mathpost.path.cl import OPPOSITE, CLData, commands, feed_times
 from mathpost.path.modal import Command
 from mathpost.post import proof, selection
@@ -258,10 +259,10 @@ def keep_tip(path: ToolPath, motion: Motion, options: Options) -> Motion:
 def _left_for_the_tip(path, motion, options):
     """What digits and samples leave of the tolerance of the tip, mm, for each move."""
     tip, _ = path.cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    lever = proof.levers(path.kin.machine) + np.linalg.norm(tip, axis=1)
+    lever = deviation.levers(path.kin.machine) + np.linalg.norm(tip, axis=1)
     turned = 2 * np.radians(1.0) * lever * (not options.tcp)  # with TCP the angles do not move the tip
     decimals = options.control.decimals
-    moved = 0.5 * 10.0**-decimals * (np.sqrt(3) + turned) + proof.RESOLUTION
+    moved = 0.5 * 10.0**-decimals * (np.sqrt(3) + turned) + deviation.RESOLUTION
     worst = moved.max()
     if worst > options.tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {decimals} decimals on this machine"

@@ -9,10 +9,10 @@ import numpy as np
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.path import cl as cldata
+from mathpost.path.deviation import strays
 from mathpost.post import selection
 from mathpost.post.between_blocks import follow, in_the_air, linearize
 from mathpost.post.motion import LIFTED, Motion
-from mathpost.post.proof import strays
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
 from mathpost.post.time_law import TimeLaw, block_times, time_law
 from mathpost.sources import yu_dan
@@ -95,26 +95,38 @@ class Crossing:
         refuse_nonsense(lean, clearance)
         if name not in self.WAYS:
             raise InputError("way", " or ".join(self.WAYS), repr(name))
-        given = {
-            "aside": [lean],
-            "retract": [clearance],
-            "cubic lifted": [clearance],
-            "paper cubic": [points],
-            "paper clamped": [points],
+        motions = {
+            "direct": self._direct,
+            "other branch": self._other_branch,
+            "linear": self._linear,
+            "cubic": self._cubic,
+            "cubic lifted": lambda: self._cubic_lifted(clearance),
+            "aside": lambda: self._aside(lean),
+            "retract": lambda: self._retract(clearance),
+            "paper cubic": lambda: self._paper_cubic(points),
+            "paper clamped": lambda: self._paper_clamped(points),
         }
         try:
-            motion = getattr(self, "_" + name.replace(" ", "_"))(*given.get(name, ()))
+            motion = motions[name]()
             if name in self.FOLLOWING:
                 motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
             if name in self.SAFE:
                 motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
         except MathpostError as error:
-            return Way(
-                **vars(Motion.on_part(np.empty((0, len(self.kin.symbols))), [])), name=name, reason=str(error)
-            )
-        law, (tip, axis) = self._law(motion), strays(self.kin, self.cl, motion)
-        largest = tip[motion.in_cut].max(initial=0), axis[motion.at_feed(self.cl)].max(initial=0)
-        return Way(*vars(motion).values(), name, law, *law.peaks[:, self.kin.workpiece_side], *largest)
+            nowhere = Motion.on_part(np.empty((0, len(self.kin.symbols))), [])
+            return Way(**vars(nowhere), name=name, reason=str(error))
+        law = self._law(motion)
+        peak_speed, peak_acceleration = law.peaks[:, self.kin.workpiece_side]
+        tip, axis = strays(self.kin, self.cl, motion)
+        return Way(
+            **vars(motion),
+            name=name,
+            law=law,
+            peak_speed=peak_speed,
+            peak_acceleration=peak_acceleration,
+            tip_error=tip[motion.in_cut].max(initial=0),
+            axis_error=axis[motion.at_feed(self.cl)].max(initial=0),
+        )
 
     def _direct(self):
         return Motion.on_part(self.joints[self.records], self.records)

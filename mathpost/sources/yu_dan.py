@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.machine import TRAVEL_TOLERANCE
-from mathpost.post.proof import deviation, from_segment
+from mathpost.path.deviation import deviation, from_segment
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics

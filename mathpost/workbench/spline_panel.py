@@ -6,9 +6,9 @@ import numpy as np
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path.cl import CLData
+from mathpost.path.deviation import strays
 from mathpost.post.motion import Motion
 from mathpost.post.options import TOLERANCE
-from mathpost.post.proof import strays
 from mathpost.post.singular import AXIS_TOLERANCE
 from mathpost.post.time_law import block_times, time_law
 from mathpost.post.ways import through_the_records

@@ -12,13 +12,12 @@ from mathpost import machine
 from mathpost.errors import ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from mathpost.post import proof as module
-from mathpost.post import singular
-from mathpost.post.between_blocks import axis_lag, follow, linearize, subdivide
-from mathpost.post.motion import Motion
-from mathpost.post.proof import (
+from mathpost.path import deviation as module
+from mathpost.path.deviation import (
+    AXIS,
     AXIS_RESOLUTION,
     RESOLUTION,
+    TIP,
     _intervals,
     bounds,
     derivative,
@@ -29,6 +28,9 @@ from mathpost.post.proof import (
     sampled,
     true_tip,
 )
+from mathpost.post import singular
+from mathpost.post.between_blocks import axis_lag, follow, linearize, subdivide
+from mathpost.post.motion import Motion
 from tests.machines import SIDES, content
 
 
@@ -166,11 +168,11 @@ def test_the_largest_is_that_of_all_moves(kin, turn, off):
         expected = of_all(kin, joints, tips, axes)
         most = bounds(kin.machine, joints, tips, axes, reached)
         most[np.random.default_rng(seed).random(most.shape) < 0.1] = -1
-        for kind, path in enumerate((tips, axes)):
-            wanted = np.where(most[kind] < 0, 0, expected[kind])
-            for known in (most[kind], np.where(most[kind] < 0, -1, np.inf)):
-                error, move = largest(kind, kin, joints, (path[:-1], path[1:]), known.copy())
-                assert wanted.max() * (1 - 1e-9) <= error <= wanted.max() + (RESOLUTION, AXIS_RESOLUTION)[kind]
+        for what, path in ((TIP, tips), (AXIS, axes)):
+            wanted = np.where(most[what.index] < 0, 0, expected[what.index])
+            for known in (most[what.index], np.where(most[what.index] < 0, -1, np.inf)):
+                error, move = largest(what, kin, joints, (path[:-1], path[1:]), known.copy())
+                assert wanted.max() * (1 - 1e-9) <= error <= wanted.max() + what.resolution
                 assert move == wanted.argmax()
 
 
@@ -182,15 +184,15 @@ def test_few_moves_are_looked_at(dmu50v, monkeypatch):
         "sampled",
         lambda kin, start, *rest, **more: looked.append(len(start)) or sampled(kin, start, *rest, **more),
     )
-    largest(0, dmu50v, joints, (tips[:-1], tips[1:]), most[0])
+    largest(TIP, dmu50v, joints, (tips[:-1], tips[1:]), most[0])
     assert len(joints) == 400 and len(looked) == 2 and sum(looked) < 100
 
 
 def test_no_moves_counted(dmu50v):
     joints, tips, *_ = paths(dmu50v, 1, 0.01, 1e-3)
     path = tips[:-1], tips[1:]
-    assert largest(0, dmu50v, joints, path, np.full(len(joints) - 1, -1.0)) == (0, 0)
-    assert largest(0, dmu50v, joints[:1], (tips[:0], tips[:0]), np.empty(0)) == (0, -1)
+    assert largest(TIP, dmu50v, joints, path, np.full(len(joints) - 1, -1.0)) == (0, 0)
+    assert largest(TIP, dmu50v, joints[:1], (tips[:0], tips[:0]), np.empty(0)) == (0, -1)
 
 
 unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)

@@ -14,8 +14,9 @@ from mathpost.controls.writer import MOTION_ONLY
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
+from mathpost.path.deviation import deviation
 from mathpost.post.motion import Motion
-from mathpost.post.proof import deviation, measured
+from mathpost.post.proof import measured
 from mathpost.post.ways import Crossing
 from mathpost.shell.main import main
 from tests.conftest import DATA, FIVE_AXES, ROOT

@@ -7,9 +7,9 @@ from scipy.interpolate import CubicSpline
 
 from mathpost.errors import MathpostError
 from mathpost.formula import numeric
+from mathpost.path.deviation import deviation
 from mathpost.post import selection
 from mathpost.post.between_blocks import axis_lag, linearize, subdivide
-from mathpost.post.proof import deviation
 from mathpost.post.ways import Crossing
 from mathpost.sources import yu_dan
 from mathpost.sources.yu_dan import equation_8, paper_clamped, paper_cubic

@@ -7,9 +7,9 @@ from mathpost.course.lesson_data import SWING, blade, largest_swing, load, with_
 from mathpost.course.verdict import define, slip
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.path import cl as cldata
+from mathpost.path.deviation import strays
 from mathpost.post import selection, singular
 from mathpost.post.between_blocks import Motion, linearize
-from mathpost.post.proof import strays
 from mathpost.post.ways import Crossing
 from mathpost.rotation import wrap
 from mathpost.sources import yu_dan
