@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import sympy as sp
@@ -120,6 +120,20 @@ def _close_the_loop(machine, data, tip):
     return tuple((from_workpiece - from_tool.xreplace(dict.fromkeys(symbols[:3], sp.S.Zero)))[:3])
 
 
+class ForwardKinematics(Protocol):
+    """What takes joints to poses: `Kinematics`, or a machine as it was measured, errors and all.
+
+    That is `mathpost.compensate.compensation.Compensator`. A proof asks for no more.
+    """
+
+    @property
+    def machine(self) -> Machine:
+        """The machine whose joints they are."""
+
+    def forward(self, joints: ArrayLike, /) -> tuple[np.ndarray, np.ndarray]:
+        """Return tip and tool axis, (..., 3) each, at joints (..., j), mm and radians."""
+
+
 class Kinematics:
     """Forward and inverse kinematics of one `mathpost.machine.Machine`.
 
@@ -162,9 +176,10 @@ class Kinematics:
         return derive(self.machine)
 
     @cached_property
-    def reach(self) -> tuple[float, ...]:
+    def reach(self) -> tuple[float, float]:
         """Smallest and greatest angle between the tool axis and `Inverse.pole`, radians."""
-        return tuple(float(sp.N(angle)) for angle in self.inverse_symbolic.reach)
+        least, most = self.inverse_symbolic.reach
+        return float(sp.N(least)), float(sp.N(most))
 
     def forward(self, joints: ArrayLike, *, degrees: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Return the tool tip and the tool axis in the workpiece.

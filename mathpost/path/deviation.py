@@ -3,13 +3,23 @@
 This nonlinear error (非线性误差) is what a proof measures, and what planning divides moves by.
 """
 
+from __future__ import annotations
+
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.formula import slices
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import ForwardKinematics, Kinematics
+    from mathpost.machine import Machine
+    from mathpost.path.cl import CLData
+    from mathpost.post.motion import Motion
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
@@ -18,9 +28,18 @@ FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at
 FEWEST_INTERVALS = 4  # of any move: with two, an end on the other side of the segment hides how high the peak is
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
 PLACE_DIGITS = 9  # of a place on the CL path: what rounding adds to that of a record does not count
+Ends = tuple[np.ndarray, np.ndarray]  # of moves, where each begins and where it ends
 
 
-def deviation(kin, start, end, *, tips=None, axes=None, least=FEWEST_INTERVALS):
+def deviation(
+    kin: ForwardKinematics,
+    start: np.ndarray,
+    end: np.ndarray,
+    *,
+    tips: Ends | None = None,
+    axes: Ends | None = None,
+    least: int = FEWEST_INTERVALS,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return how far the tip (mm) and the tool axis (radians) stray when all joints move linearly, shape (m,) each.
 
     `start` and `end`, shape (m, 5), are the joints at both ends of m moves, mm and radians; `tips` and `axes`, (2,
@@ -42,35 +61,46 @@ def deviation(kin, start, end, *, tips=None, axes=None, least=FEWEST_INTERVALS):
     return stray(TIP, kin, start, end, tips, least), stray(AXIS, kin, start, end, axes, least)
 
 
-def strays(kin, cl, motion, moves=slice(None)):
+def strays(
+    kin: Kinematics, cl: CLData, motion: Motion, moves: slice | np.ndarray = slice(None)
+) -> tuple[np.ndarray, np.ndarray]:
     """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`.
 
     The tool axis is measured from the whole arc between two records, wherever on it the blocks are. How far it is
     from where `cl` has it at the same part of the way is the lag, see `mathpost.post.between_blocks.axis_lag`.
     """
     starts, ends = motion[:-1][moves], motion[1:][moves]
-    tips = [cl.at(poses.place)[0] for poses in (starts, ends)]
+    tips = cl.at(starts.place)[0], cl.at(ends.place)[0]
     return deviation(kin, starts.joints, ends.joints, tips=tips, axes=arcs(cl, starts.place, ends.place))
 
 
-def arcs(cl, place, place_after):
+def arcs(cl: CLData, place: np.ndarray, place_after: np.ndarray) -> Ends:
     """The tool axes of the records before and after each move, (2, m, 3): the ends of its arc."""
     before = np.floor(np.round(place, PLACE_DIGITS)).astype(int)
     after = np.ceil(np.round(place_after, PLACE_DIGITS)).astype(int)
     return cl.axes[before], cl.axes[after]
 
 
-def stray(what, kin, start, end, path=None, least=FEWEST_INTERVALS):
+def stray(
+    what: Measured,
+    kin: ForwardKinematics,
+    start: np.ndarray,
+    end: np.ndarray,
+    path: Ends | None = None,
+    least: int = FEWEST_INTERVALS,
+) -> np.ndarray:
     """One half of `deviation`: `what` is `TIP` or `AXIS`."""
     error = np.zeros(len(start))
     for moves, _, *pose in sampled(kin, start, end, least):
         reached = pose[what.index]
-        ends = reached[[0, -1]] if path is None else (path[0][moves], path[1][moves])
+        ends = (reached[0], reached[-1]) if path is None else (path[0][moves], path[1][moves])
         error[moves] = peak(what.off(reached, *ends))
     return error
 
 
-def sampled(kin, start, end, least=FEWEST_INTERVALS):
+def sampled(
+    kin: ForwardKinematics, start: ArrayLike, end: ArrayLike, least: int = FEWEST_INTERVALS
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
     """Yield k moves at a time: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (…, k, 3)."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     intervals = _intervals(kin.machine, start, end, least)
@@ -82,13 +112,21 @@ def sampled(kin, start, end, least=FEWEST_INTERVALS):
             yield moves, t, *kin.forward(start[moves] + t[..., None] * (end[moves] - start[moves]))
 
 
-def true_tip(kin, joints, *, samples=24):
+def true_tip(kin: ForwardKinematics, joints: ArrayLike, *, samples: int = 24) -> np.ndarray:
     """Return the way of the tip, shape (m, 3), when the joints (n, 5) move linearly: `samples` intervals a move."""
     joints, t = np.asarray(joints, dtype=float), np.linspace(0, 1, samples + 1)[:, None]
     return kin.forward(joints[:-1, None] + t * np.diff(joints, axis=0)[:, None])[0].reshape(-1, 3)
 
 
-def largest(what, kin, joints, path, most, *, least=FEWEST_INTERVALS):
+def largest(
+    what: Measured,
+    kin: ForwardKinematics,
+    joints: np.ndarray,
+    path: Ends,
+    most: np.ndarray,
+    *,
+    least: int = FEWEST_INTERVALS,
+) -> tuple[float, int]:
     """How far `what`, `TIP` or `AXIS`, strays at most from its path, and the first such move.
 
     `path`, (2, n - 1, 3), has the ends of the segment or arc that each move of the joints (n, 5) should follow;
@@ -108,7 +146,7 @@ def largest(what, kin, joints, path, most, *, least=FEWEST_INTERVALS):
     return float(error), int(found.argmax())
 
 
-def bounds(machine, joints, tips, axes, reached):
+def bounds(machine: Machine, joints: np.ndarray, tips: np.ndarray, axes: np.ndarray, reached: Ends) -> np.ndarray:
     """How far the moves of an ideal machine may stray, shape (2, n - 1), mm and radians.
 
     `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
@@ -124,7 +162,7 @@ def bounds(machine, joints, tips, axes, reached):
     return np.array([tip_off + bend, 2 * np.arcsin(np.minimum(axis / 2, 1))])
 
 
-def derivative(machine, start, end, order):
+def derivative(machine: Machine, start: np.ndarray, end: np.ndarray, order: int) -> np.ndarray:
     """What a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
 
     A point at most r from the lines that it is turned about, by Ω, and moved by v has at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
@@ -135,14 +173,14 @@ def derivative(machine, start, end, order):
     return turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
 
 
-def levers(machine):
+def levers(machine: Machine) -> float:
     """All offsets of a machine end to end, mm: besides X Y Z, no point is further from a rotary axis."""
     head = 0 if isinstance(machine.programmed_point, str) else np.abs(machine.programmed_point).sum()
     pivots = sum(np.abs(rotary.point).sum() for rotary in machine.rotary)
     return np.abs(machine.origin).sum() + 2 * (machine.tool_length + pivots) + head
 
 
-def _intervals(machine, start, end, least):
+def _intervals(machine: Machine, start: np.ndarray, end: np.ndarray, least: int) -> np.ndarray:
     """Into how many intervals the moves must be divided for parabolas through three samples; powers of two."""
     missed = derivative(machine, start, end, 3) / (9 * np.sqrt(3))  # h³ of it, by a parabola through points h apart
     # The least power of two, n, with n³ ≥ missed/RESOLUTION, which is below 2 to its binary exponent.
@@ -150,7 +188,7 @@ def _intervals(machine, start, end, least):
     return np.left_shift(1, np.maximum(-(-exponent // 3), math.ceil(math.log2(least))))
 
 
-def from_segment(points, start, end):
+def from_segment(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Distance of points (..., 3) from the segments between two others."""
     along, off = end - start, points - start
     squared = np.vecdot(along, along)
@@ -158,7 +196,7 @@ def from_segment(points, start, end):
     return np.linalg.norm(off - t[..., None] * along, axis=-1)
 
 
-def from_arc(axes, start, end):
+def from_arc(axes: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Angle of unit vectors (..., 3) from the shorter great circle arcs between two others."""
     along = end - start  # of neighbours only the differences keep their digits
     normal = np.cross(start, along)
@@ -175,7 +213,7 @@ def from_arc(axes, start, end):
     return np.where(beside, np.arcsin(np.minimum(off_plane, 1)), 2 * np.arcsin(np.minimum(half_chord, 1)))
 
 
-def peak(values):
+def peak(values: np.ndarray) -> np.ndarray:
     """The largest of samples along the first axis, and of the parabolas through three that follow each other."""
     before, at, after = values[:-2], values[1:-1], values[2:]
     curvature, slope = before - 2 * at + after, np.abs(after - before)
@@ -189,7 +227,7 @@ class Measured:
     """What strays, and from what: the tip from segments, mm, or the tool axis from arcs, radians."""
 
     index: int  # of a pose, tip and tool axis
-    off: Callable  # its distance from what it should follow
+    off: Callable[..., np.ndarray]  # its distance from what it should follow
     resolution: float  # what the samples may miss of it
 
 

@@ -3,14 +3,18 @@
 It covers the records, the path that the joints really run between the blocks, lifted moves, feeds and times.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.controls.blocks import Blocks
 from mathpost.errors import MathpostError
 from mathpost.formula import slices
-from mathpost.kinematics import Kinematics
+from mathpost.kinematics import ForwardKinematics, Kinematics
 from mathpost.path.deviation import (
     AXIS,
     FEWEST_INTERVALS,
@@ -21,6 +25,10 @@ from mathpost.path.deviation import (
     largest,
     sampled,
 )
+
+if TYPE_CHECKING:
+    from mathpost.path.cl import CLData
+    from mathpost.post.motion import Motion
 
 BODY = 5.0  # mm, assumed: the radius of the tool's body,
 LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
@@ -42,7 +50,18 @@ class Proof:
     worst_record: int  # (from 1) that the largest tip error of the path comes before or at
 
 
-def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None, rapid_interpolated=True, left_out=()):
+def prove(
+    kin: Kinematics,
+    cl: CLData,
+    blocks: Blocks,
+    motion: Motion,
+    tolerance: float,
+    axis_tolerance: float,
+    *,
+    real: ForwardKinematics | None = None,
+    rapid_interpolated: bool = True,
+    left_out: ArrayLike = (),
+) -> Proof:
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
     `MathpostError` if tip or tool axis are off the CL path by more than their tolerances, or a lifted tip goes into
@@ -64,7 +83,16 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None, rapi
     return proof
 
 
-def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True, left_out=()):
+def measured(
+    kin: Kinematics,
+    cl: CLData,
+    blocks: Blocks,
+    motion: Motion,
+    *,
+    real: ForwardKinematics | None = None,
+    rapid_interpolated: bool = True,
+    left_out: ArrayLike = (),
+) -> Proof:
     """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
     `motion` says where on the CL path each block ends, and which are lifted; `real`, a `Compensator`, is the
@@ -123,7 +151,7 @@ def joints_of(kin: Kinematics, blocks: Blocks) -> np.ndarray:
     return joints
 
 
-def _refuse_unknown_way(cl, blocks, motion):
+def _refuse_unknown_way(cl: CLData, blocks: Blocks, motion: Motion) -> None:
     """A lifted move that is rapid would go where nobody knows."""
     rapid = np.flatnonzero(~motion.in_cut & blocks.rapid[1:])
     if rapid.size:
@@ -131,7 +159,9 @@ def _refuse_unknown_way(cl, blocks, motion):
         raise MathpostError(f"{record}: a lifted move is rapid, and each axis would run at its own rate")
 
 
-def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
+def _refuse_below_the_part(
+    kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion, tolerance: float, real: ForwardKinematics | None
+) -> None:
     """Along lifted moves the tip must stay on the side of the part that the tool axis points to."""
     lifted = np.flatnonzero(~motion.in_cut & ~motion.far)
     if not lifted.size:
@@ -148,7 +178,7 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
             raise MathpostError(f"{cl.where(motion.place[moves[height.argmin()] + 1])}: {into}")
 
 
-def _spread(points):
+def _spread(points: np.ndarray) -> np.ndarray:
     """The numbers of points that stand for all, one in each cube of a fifth of the body's radius; all of a few."""
     if len(points) <= MANY_POINTS:
         return np.arange(len(points))
@@ -169,7 +199,9 @@ def in_body(points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: floa
     return inside
 
 
-def _refuse_collision(kin, cl, blocks, motion, real):
+def _refuse_collision(
+    kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion, real: ForwardKinematics | None
+) -> None:
     """While the tool is off the part, its body must stay clear of the points that the path touches.
 
     What else there is of the part nobody knows here. Points that the body takes in cut where it leaves the part or
@@ -201,7 +233,7 @@ def _refuse_collision(kin, cl, blocks, motion, real):
                 raise MathpostError(f"{cl.where(motion.place[move + 1])}: on its way there, {way}, {touched}")
 
 
-def _refuse_other_feeds(cl, blocks, motion):
+def _refuse_other_feeds(cl: CLData, blocks: Blocks, motion: Motion) -> None:
     """On the part: rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
     feeds, rapid = cl.feeds[motion.record], cl.rapid[motion.record]
     on_part = np.r_[~motion.lifted[0], motion.in_cut]
@@ -217,7 +249,7 @@ def _refuse_other_feeds(cl, blocks, motion):
         raise MathpostError(f"{cl.where(motion.record[at])}: the CL data have {expected} and the program {found}")
 
 
-def _refuse_too_fast(kin, cl, blocks, motion):
+def _refuse_too_fast(kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion) -> None:
     """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis."""
     timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
     seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]

@@ -221,5 +221,5 @@ def equation_8(
         claimed = from_segment(middle, tip[:-1], tip[1:]).max()
         if claimed <= tolerance:
             break
-    whole = np.broadcast_to(tip[[0, -1], None], (2, len(joints) - 1, 3))
-    return joints, float(claimed), float(deviation(kin, joints[:-1], joints[1:], tips=whole)[0].max())
+    begin, end = np.broadcast_to(tip[[0, -1], None], (2, len(joints) - 1, 3))
+    return joints, float(claimed), float(deviation(kin, joints[:-1], joints[1:], tips=(begin, end))[0].max())
