@@ -101,4 +101,8 @@ def _entries(nominal, machine, groups):
         label = f"{names[0]} to {names[1]}, {f'in {letters[0]}' if letters else 'square to both'}"
         yield "distance of the axes (source 001, section 6, 2)", [(label, (points[1] - points[0]) @ normal)]
     for group in groups:
-        yield group.title, group.numbers(machine)
+        if against := group.against(nominal):
+            yield f"{group.title}; NOT FOR THIS MACHINE: {' and '.join(against)} turn the other way", []
+        else:
+            yield group.title, group.numbers(machine)
+    yield 'LinuxCNC, other kinematics: "print machine.toml --to linuxcnc" holds any geometry, tilts too', []

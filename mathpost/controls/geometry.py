@@ -19,6 +19,7 @@ from mathpost.toml_table import TomlTable, one_of, only_if, some_text
 
 ARRANGEMENTS = ("table-table", "head-table", "head-head")
 VECTOR = re.compile(r"(-?) ?(axis )?(first|second)(?: - (first|second))?")
+DIRECTIONS = re.compile("[XYZ] [XYZ]")
 COUNTED = re.compile(r"\{(\d+|X|x)\}")  # in the words of a row: its three numbers, counted from here
 
 
@@ -29,12 +30,30 @@ class Group:
     title: str
     arrangement: str  # one of `ARRANGEMENTS`
     axes: str  # the names of the two rotary axes that it is for; empty: of any
+    directions: str  # what these turn about, the tables the workpiece, positively: "X Z"; empty: about anything
     rows: tuple[tuple[str, str, str], ...]  # words, vector, and which of X Y Z of it, or nothing: all three
 
     def fits(self, machine: Machine) -> bool:
         """Whether `machine` is entered here."""
         names = "".join(rotary.name for rotary in machine.rotary)
-        return machine.arrangement == self.arrangement and self.axes in ("", names)
+        along = all(abs(share) == 1 for _, share in self._shares(machine))
+        return machine.arrangement == self.arrangement and self.axes in ("", names) and along
+
+    def against(self, machine: Machine) -> list[str]:
+        """Return the axes that turn the other way than the control takes for granted.
+
+        Examples
+        --------
+        >>> from mathpost import machine
+        >>> Group("", "table-table", "AC", "X Z", ()).against(machine.load("ac_table"))  # by ISO 841
+        ['A', 'C']
+        """
+        return [name for name, share in self._shares(machine) if share < 0]
+
+    def _shares(self, machine):
+        """Each axis whose direction is stated: its name, and 1 if it lies in that direction, −1 if against it."""
+        pairs = zip(machine.rotary, self.directions.split(), strict=False)
+        return [(rotary.name, float(unit(rotary.axis)["XYZ".index(letter)])) for rotary, letter in pairs]
 
     def numbers(self, machine: Machine) -> list[tuple[str, float]]:
         """Return the words and the number of each entry of `machine`: mm, and unit vectors.
@@ -42,7 +61,7 @@ class Group:
         Examples
         --------
         >>> from mathpost import machine
-        >>> group = Group("", "table-table", "", (("R{X} of {second}", "second - first", ""),))
+        >>> group = Group("", "table-table", "", "", (("R{X} of {second}", "second - first", ""),))
         >>> group.numbers(machine.load("ac_table"))
         [('RX of C', 0.0), ('RY of C', 0.0), ('RZ of C', 50.0)]
         """
@@ -87,6 +106,7 @@ def geometry_of(file: TomlTable) -> tuple[Group, ...]:
                 title=table.take("title", some_text, "a text in quotes"),
                 arrangement=table.take("arrangement", *one_of(*ARRANGEMENTS)),
                 axes=table.take("axes", some_text, "the names of both rotary axes, as in 'AC'", ""),
+                directions=table.take("directions", only_if(DIRECTIONS.fullmatch), "two letters, as in 'X Z'", ""),
                 rows=tuple(_row(row, table.where) for row in table.take("rows", list, "a list of rows")),
             )
         )

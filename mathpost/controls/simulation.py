@@ -8,7 +8,7 @@ from string import Template
 import numpy as np
 
 from mathpost import codegen
-from mathpost.controls.control import control_for
+from mathpost.controls import control
 from mathpost.errors import InputError, OutputError
 from mathpost.files import read_text, write_text
 from mathpost.kinematics import Kinematics
@@ -44,7 +44,7 @@ def texts(kin: Kinematics) -> dict[str, str]:
     ['README.txt', 'kins_dmu_50v_45_degree_b_tabl.c', 'machine.hal', 'machine.ini', 'machine.tbl', 'machine.var']
     """
     machine = kin.machine
-    control_for(machine, "linuxcnc")
+    control.control_for(machine, "linuxcnc")
     for joint in machine.rotary:
         if joint.name not in ("A", "B", "C"):
             raise InputError("rotary axis name", "A, B or C, for LinuxCNC", repr(joint.name))
@@ -119,28 +119,14 @@ def _joints(machine: Machine, rates: np.ndarray) -> str:
 
 def _parameters(machine: Machine) -> str:
     """What LinuxCNC's own module for two tables would have to be told, or why it does not fit."""
-    names = "".join(joint.name for joint in machine.rotary)
-    across = {"AC": 1, "BC": 0}.get(names)  # the linear axis that A or B lies across: Y or X
-    axes = np.array([joint.axis for joint in machine.rotary], float)
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
-    tables = all(joint.carries == "workpiece" for joint in machine.rotary)
-    if (
-        across is None
-        or not tables
-        or np.abs(axes).max(axis=1).min() < 1
-        or not axes[0, 1 - across]
-        or not axes[1, 2]
-    ):
-        own = "LinuxCNC's own xyzac-trt-kins and xyzbc-trt-kins"
-        return f"{own} are for two tables, A along X or B along Y\n   that carries C along Z: not for this machine."
-    tilt, turn = (np.array(joint.point, float) for joint in machine.rotary)
-    values = {f"{axis}-rot-point": value for axis, value in zip("xyz", turn, strict=True)}
-    values |= {f"{'xyz'[n]}-offset": (tilt - turn)[n] for n in (across, 2)}
-    told = ", ".join(f"{pin} {value:g}" for pin, value in values.items())
-    against = [joint.name for joint, axis in zip(machine.rotary, axes, strict=True) if axis.sum() < 0]
+    own = next((group for group in control.load("linuxcnc").geometry if group.fits(machine)), None)
+    if own is None:
+        both = "LinuxCNC's own xyzac-trt-kins and xyzbc-trt-kins are for two tables"
+        return f"{both}, A along X or B along Y\n   that carries C along Z: not for this machine."
+    module = own.rows[0][0].partition(".")[0]
+    told = ", ".join(f"{words.partition('.')[2]} {value:g}" for words, value in own.numbers(machine))
     sign = "turns the workpiece positively, as this machine does"
-    if against:
+    if against := own.against(machine):
         these = f"{' and '.join(against)} {'does' if len(against) == 1 else 'do'} not (ISO 841)"
         sign = f"turns the workpiece positively; here {these}: it would put the tip elsewhere"
-    own = f"xyz{names.lower()}-trt-kins"
-    return f"LinuxCNC's own {own} takes {told},\n   tool-offset {machine.tool_length:g}. It {sign}."
+    return f"LinuxCNC's own {module} takes {told},\n   tool-offset {machine.tool_length:g}. It {sign}."

@@ -1,6 +1,7 @@
 """From files of readings to a compensated machine: the loop, the signs, the uncertainty, what is asked for."""
 
 import itertools
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -272,6 +273,22 @@ def test_what_source_001_enters_in_the_itnc_530(words, line, value, write, tmp_p
     said = [each for each in handover.terms(found).splitlines() if each.strip().startswith(line)]
     assert len(said) == 1 and "±" in said[0], words
     assert float(said[0].removeprefix("  " + line).split()[0]) == pytest.approx(value, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        (
+            "ac_table",
+            "LinuxCNC, xyzac-trt-kins: .*; NOT FOR THIS MACHINE: A and C turn the other way\\nLinuxCNC, other",
+        ),
+        ("dmu50v", "^(?s:(?!trt-kins).)*LinuxCNC, other kinematics"),  # its B lies at 45°
+    ],
+)
+def test_linuxcnc_is_told_only_what_its_module_can_hold(name, said):
+    found = calibrate(machines.load(name), [machines.data_file("measurements/ball_c_axis.csv")])
+    terms = handover.terms(found)
+    assert re.search(said, terms) and ".x-rot-point" not in terms
 
 
 def test_a_bar_has_the_uncertainty_of_its_touches(write):
