@@ -169,6 +169,7 @@ def estimate(machine, read):
     found = replace(found, residuals=tuple(verdict.residuals(problem, solution)))
     verdict.refuse_absurd(found)
     doubts, notes = verdict.judge(problem, solution, shown)
+    doubts, notes = (*files.copied(blocks), *doubts), (*notes, *verdict.left_out(problem, solution, found))
     far = verdict.far_off(found)
     if all(each.method in files.PROBED for each in blocks):  # which may be meant to find an axis
         return replace(found, doubts=doubts, notes=(*far, *notes))

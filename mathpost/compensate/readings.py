@@ -2,7 +2,8 @@
 
 All but the laser see the same thing: where the tool stands against a point of the workpiece that the control, with
 the machine file's geometry, believes to hold. `Readings` say at which joints, for which point, along which
-direction. `template` prints a file for each method to fill in; the methods are in data/measurements/methods.toml.
+direction. A line ``# start = X Y Z`` says from where their places count, if not from the machine's zero. `template`
+prints a file for each method to fill in; the methods are in data/measurements/methods.toml.
 """
 
 from dataclasses import dataclass, replace
@@ -23,6 +24,7 @@ from mathpost.rotation import unit
 from mathpost.toml_table import read_toml
 
 LARGEST = 5  # mm: of a reading that is no position
+SMALL = 1e-6  # of a direction: what it has of one square to it
 REPEATED = 3  # rows that are the same to the last digit: so many, and a quarter of all, were copied
 
 METHODS = {
@@ -92,7 +94,7 @@ def read(path, machine, *, change=None, **settings):
         raise InputError(key, f"settings among {', '.join(csv_table.KNOWN)}", "none of them")
     lines = csv_table.scan(path)
     said = {key: str(value) for key, value in settings.items()} | lines.settings
-    table = instrument.read(lines, machine)
+    table = instrument.read(lines, machine, said)
     if table is not None:
         said |= table.settings
     method = said.get("method", "").casefold()
@@ -101,7 +103,9 @@ def read(path, machine, *, change=None, **settings):
         found = repr(method) if method else "none"
         raise InputError(where, f"a line # method = one of {', '.join(METHODS)}", found)
     if table is None:
-        table = csv_table.parse(lines, [], optional=_columns(method, machine), text=["face"])
+        table = csv_table.parse(lines, [], optional=_columns(method, machine), text=["face", "setup"])
+        if "setup" in table:  # numbers or words, which ball it is
+            table["setup"] = np.unique(table["setup"], return_inverse=True)[1].astype(float)
     table.settings = said | table.settings
     if change is not None:
         change(table)
@@ -147,9 +151,10 @@ def _readings(table, machine, method):
     length = table["length"] if "length" in table else np.full(count, machine.tool_length)
     if "L" in table:
         length = table["L"] - np.array(axis.point) @ tool
+    start = dict(zip("xyz", table.numbers("start", 3) if "start" in table.settings else np.zeros(3), strict=True))
     values = {}
     for name in columns:
-        values[name] = table.unit(name, "length") * table[name]
+        values[name] = table.unit(name, "length") * table[name] + (start[name] if method in PROBED else 0.0)
         if method not in PROBED:
             table.require(name, np.abs(values[name]) <= LARGEST, f"a reading within ±{LARGEST} mm (other units?)")
 
@@ -163,7 +168,7 @@ def _readings(table, machine, method):
             target += (table["z"] - point @ up)[:, None] * up
     elif method in BALLS:
         table.need("xyz", "columns x, y, z of the ball, machine coordinates at rotary zero")
-        target = np.column_stack([table[name] for name in "xyz"]) - machine.origin
+        target = np.column_stack([table[name] + start[name] for name in "xyz"]) - machine.origin
     keys = [table["setup"] if "setup" in table else np.zeros(count), length]
     keys += [*target.T] if method in ("ball", "sensor") else []
     _, first, setup = np.unique(np.column_stack(keys), axis=0, return_index=True, return_inverse=True)
@@ -180,6 +185,7 @@ def _readings(table, machine, method):
         for name in columns:
             joints[:, "xyz".index(name)] = values[name] - machine.origin["xyz".index(name)]
             values[name] = np.zeros(count)
+    _check_travel(table, machine, joints, length, columns[0])
     if method == "tip":
         upright = angles * [each.carries == "workpiece" for each in machine.rotary]
         reference = held(machine, target, upright, length)[0][rows]
@@ -201,6 +207,30 @@ def _readings(table, machine, method):
         notes=table.notes,
         doubts=_repeated(table),
     )
+
+
+def _check_travel(table, machine, joints, length, column):
+    """Refuse poses at which a slide would stand outside its travel; of a file without x y z, in `column`.
+
+    Where only tables turn, the tool's length matters to nothing else: if the file does not state it, travel along
+    the tool is not judged.
+    """
+    tool, stated = unit(machine.tool_axis), "length" in table or "L" in table
+    tables_alone = all(each.carries == "workpiece" for each in machine.rotary)
+    longer = (length - machine.tool_length)[:, None] * tool * (machine.limits_of == "slides")
+    for index, name in enumerate("XYZ"):
+        low, high = machine.limits[index]
+        if tables_alone and not stated and abs(tool[index]) > SMALL:
+            continue
+        stands = joints[:, index] + longer[:, index] * (machine.programmed_point == "tip")
+        for row in np.flatnonzero((stands < low - 1e-6) | (stands > high + 1e-6))[:1]:
+            low, high, stands = (number + machine.origin[index] for number in (low, high, stands[row]))
+            expected = (
+                f"a place that the tip reaches: {name} within {low:g} … {high:g}, machine coordinates "
+                "(counted from elsewhere? a line # start = X Y Z, the machine coordinates of 0 0 0)"
+            )
+            where = table.where(row, name.lower() if name.lower() in table else column)
+            raise InputError(where, expected, f"{name} {stands:.10g}")
 
 
 def _directions(table, machine, method, columns, axis, target, turn):
@@ -230,6 +260,17 @@ def _repeated(table):
     said = f"{len(again)} of {len(rows)} rows repeat others to the last digit"
     copied = f"line {table.lines[again[0]]} first: readings that were copied are no repeats, and make U too small"
     return (f"{table.path}: {said}, {copied}",)
+
+
+def copied(blocks):
+    """Yield the doubt that a file raises whose readings stand, every one, in a file before it."""
+    seen = {}
+    for block in blocks:
+        rows = np.column_stack([block.joints, block.target, block.direction, block.value]).tolist()
+        for where, others in seen.items():
+            if others.issuperset(map(tuple, rows)):
+                yield f"{block.where}: its readings all stand in {where}, too: read twice, they make U too small"
+        seen[block.where] = set(map(tuple, rows))
 
 
 def _axis(table, machine, method):

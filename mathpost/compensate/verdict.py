@@ -15,6 +15,7 @@ LARGEST = {
     "angle": 5e-3,
 }  # U of a location, mm, and of a tilt, radians, beyond which nothing is known
 FAR = {"length": 5.0, "angle": 2e-2}  # and what a machine does not have
+CHECKED = 0.05  # of a reading that the estimate leaves free: with less, no other reading checks it
 DRAWS, SEED = 1000, 1
 MANY = 2000  # readings of a file beyond which patterns are not sought
 
@@ -31,7 +32,35 @@ def refuse_absurd(found):
         if found[name].U > most:  # noqa: SIM300, no constant
             said = "(two balls in one file need a column setup; more angles help)"
             expected = f"readings that tell {name} to ± {most:g} {unit} or better {said}"
-            raise InputError(", ".join(found.noise) or "readings", expected, f"± {found[name].U:.3g} {unit}")
+            worst = max(found.residuals, key=lambda each: abs(each.times), default=None)
+            row = f"; {worst.file}, line {worst.line}, column {worst.column!r} fits least" if worst else ""
+            raise InputError(", ".join(found.noise) or "readings", expected, f"± {found[name].U:.3g} {unit}{row}")
+
+
+def left_out(problem, solution, found):
+    """The note on what each unknown would move by if one reading were left out: the most, in its own U.
+
+    Of a linear problem that needs no second estimate (Belsley, Kuh and Welsch, Regression Diagnostics, 1980, 2.1).
+    """
+    names = [name for name in found.values if name not in found.assumed]
+    count = problem.rows[len(problem.blocks) - 1].stop if problem.blocks else 0
+    spare, scaled = solution.spare[:count], (solution.residuals / solution.sigmas)[:count]
+    checked = spare > CHECKED
+    if not names or not checked.any():
+        return []
+    at = [solution.kept.index(problem.names.index(name)) for name in names]
+    gain = solution.covariance[at] @ solution.rows[:count].T
+    moved = np.where(checked, gain * scaled / np.maximum(spare, CHECKED), 0.0)
+    times = np.abs(moved) / np.array([found[name].U for name in names])[:, None]
+    which, row = np.unravel_index(np.argmax(times), times.shape)
+    places = [(block.where, *place) for block in problem.blocks for place in block.rows]
+    where, line, column = places[row]
+    said = f"{times[which, row]:.2f} of its U ({names[which]}; {where}, line {line}, column {column!r})"
+    alone = [f"{where}, line {line}" for (where, line, _), other in zip(places, checked, strict=True) if not other]
+    notes = [f"without any one reading no unknown moves by more than {said}"]
+    if alone:
+        notes.append(f"nothing checks {len(alone)} readings, the first in {alone[0]}")
+    return notes
 
 
 def far_off(found):
@@ -123,7 +152,7 @@ class _File:
 
     def studentized(self):
         """Each residual by its own standard deviation; 0 for a reading that nothing else checks."""
-        return np.where(self.spare > 0.05, self.scaled / np.sqrt(self.spare), 0.0)
+        return np.where(self.spare > CHECKED, self.scaled / np.sqrt(self.spare), 0.0)
 
     def worst(self):
         """The row that the others contradict, if there is one."""

@@ -29,12 +29,12 @@ import numpy as np
 
 from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.files import read_bytes
-from mathpost.measure.words import UNITS, Names, bracket, is_aside, measure
+from mathpost.measure.words import LONGEST, UNITS, Names, bracket, is_aside, measure
 
 SHOWN = 12  # columns that a message lists
 COMMENT = ("#", "%", "//")
 MINUS = str.maketrans(dict.fromkeys("−–‐－", "-"))  # as word processors write it
-PREAMBLE = 500  # lines before the column names, at most
+PREAMBLE, WIDEST = 200, 300  # lines before the column names, and columns, at most
 MARKS = ",;\t|"  # between cells; else blanks
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make
 # What a setting looks like; behind a colon only two words, or it is a sentence.
@@ -255,9 +255,10 @@ def _header(lines, known):
     """Which of the lines names the columns, and the mark between them: the first with two that are wanted."""
     for index, (_, line) in enumerate(lines[:PREAMBLE]):
         for mark in sorted(MARKS, key=line.count, reverse=True):
-            if len({known.find(cell)[0] for cell in _cells(line, mark)} - {None}) >= min(2, len(known.wanted)):
+            names = _cells(line, mark)[:WIDEST]
+            if len({known.find(cell)[0] for cell in names} - {None}) >= min(2, len(known.wanted)):
                 return index, mark
-        names = _cells(line, " ")  # a sentence may name two columns as well, but no numbers stand below it
+        names = _cells(line, " ")[:WIDEST]  # a sentence may name two columns as well, but no numbers stand below it
         if len(names) > 1 and {known.find(cell)[0] for cell in names} - {None}:
             below = [_cells(text, " ") for _, text in lines[index + 1 : index + 3]]
             if any(len(cells) == len(names) and all(map(_reads, cells)) for cells in below):
@@ -291,7 +292,8 @@ def _obey_units_below(table, names, rows):
 
 def _obey_unit_in_cells(table, name):
     """Take the unit that stands in every cell of a column for the column's."""
-    found = [re.fullmatch(rf"({NUMBER}(?:[eE][-+]?\d+)?)\s*(\D.*)", each.translate(MINUS)) for each in table[name]]
+    cells = [cell.translate(MINUS)[:LONGEST] for cell in table[name]]
+    found = [re.fullmatch(rf"({NUMBER}(?:[eE][-+]?\d+)?)\s*(\D.*)", cell) for cell in cells]
     units = {each[2] for each in found if each}
     if None not in found and len(units) == 1 and measure(unit := units.pop())[0]:
         _state(table, f"line {table.lines[0]}", name, unit)
@@ -308,6 +310,8 @@ def _state(table, where, name, unit):
 def _text(path):
     """The text of a file in UTF-8 or UTF-16 with its mark, in UTF-8, in GBK, or in the letters of Windows."""
     content = read_bytes(path)
+    if content.startswith(b"PK\x03\x04"):
+        raise InputError(str(path), "text (a workbook? save its sheet as CSV)", "a packed file")
     marked = content.startswith((b"\xff\xfe", b"\xfe\xff"))
     # Chinese letters are two bytes of which the second is high, too, in all but rare ones; µ and ° stand alone.
     eastern = re.search(rb"[\x81-\xfe]{2}", content)
@@ -327,7 +331,7 @@ def _check_names(table, cells, columns, known):
     names, wanted = [], known.wanted
     for cell in cells:
         name, unit = known.find(cell)
-        name = name or bracket(cell)[0]
+        name = name or bracket(cell[:LONGEST])[0]
         if unit:
             table.settings[f"unit {name}"] = unit
         names.append(name)

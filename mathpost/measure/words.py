@@ -28,6 +28,7 @@ UNITS = {
     ("mrad",): ("angle", 1e-3),
     ("µrad", "μrad", "urad"): ("angle", 1e-6),
 }  # fmt: skip
+LONGEST = 80  # letters of a name or a number that is looked at
 APART = " _-./:"  # what stands between the words of a name
 
 
@@ -73,6 +74,8 @@ class Names:
 
     def find(self, cell: str) -> tuple[str | None, str | None]:
         """Return the name that a cell of the header means, None if none, and the unit that stands behind it."""
+        if len(cell) > LONGEST:
+            return None, None
         name, unit = bracket(cell)
         found = self._name(name)
         if found or unit:

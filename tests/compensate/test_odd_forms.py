@@ -258,10 +258,122 @@ def test_a_laser_that_was_set_to_zero_elsewhere(tmp_path):
 
 def test_the_centre_of_a_table_from_bare_positions(tmp_path):
     angle = np.deg2rad([0, 120, 240])
-    x, y = 350.012 + 80 * np.cos(angle), -120.006 - 80 * np.sin(angle)  # an ISO table turns against the word
+    x, y = 300.012 + 80 * np.cos(angle), -120.006 - 80 * np.sin(angle)  # an ISO table turns against the word
     rows = "".join(f"{a:.0f},{one:.4f},{two:.4f}\n" for a, one, two in zip(np.rad2deg(angle), x, y, strict=True))
     path = tmp_path / "centre.csv"
     path.write_text("# method = centre\n# unit = mm\n# sigma = 0.002\nC,x,y\n" + rows, encoding="utf-8")
     found = calibrate(machines.load("ac_table"), [path])
-    assert found.fits and found.machine.rotary[1].point[:2] == pytest.approx((350.012, -120.006), abs=1e-3)
-    assert "centre of C: X 350.0120 ±" in str(found)
+    assert found.fits and found.machine.rotary[1].point[:2] == pytest.approx((300.012, -120.006), abs=1e-3)
+    assert "centre of C: X 300.0120 ±" in str(found)
+
+
+# What instruments and controls write
+
+
+def _touches(machine, rng):
+    """LinuxCNC's log of five touches of a ball at each of twelve poses, in the coordinates of a work offset."""
+    tilts, turns = np.repeat([0.0, 30, -30], 4), np.tile([0.0, 90, 180, 270], 3)
+    angles = {"A": np.deg2rad(tilts), "C": np.deg2rad(turns)}
+    shown = machine.display(np.tile((120.0, 20, 40), (12, 1)), angles, np.full(12, simulated.LENGTH))
+    rows = []
+    for centre, tilt, turn in zip(shown - OFFSET, tilts, turns, strict=True):
+        for side in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)):
+            touch = centre + 13.5 * np.array(side) + rng.normal(0, 5e-4, 3)
+            rows.append(" ".join(f"{x:f}" for x in (*touch, tilt, 0, turn, 0, 0, 0)))
+    return "\n".join(rows) + "\n"
+
+
+OFFSET = (7.0, 8.0, -9.0)
+
+
+def test_the_log_of_touches_of_linuxcnc(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(simulated.toml("table"), encoding="utf-8")
+    machine, real = machines.load(path), Simulated("table", np.random.default_rng(3))
+    log = tmp_path / "probe.txt"
+    log.write_text(_touches(real, np.random.default_rng(4)), encoding="utf-8")
+    with pytest.raises(InputError, match="# start = X Y Z, the work offset in which LinuxCNC logged"):
+        calibrate(machine, [log], unit="mm")
+    found = calibrate(machine, [log], unit="mm", start="7 8 -9")
+    assert found.fits and "60 touches of a ball at 12 poses" in found.notes[0]
+    for name, true in real.true.items():
+        assert abs(found[name].value - true) < 1.5 * found[name].U
+    log.write_text(log.read_text(encoding="utf-8").split("\n", 3)[3], encoding="utf-8")
+    with pytest.raises(
+        InputError, match="line 1: expected 4 touches of a ball or more at each A B C, found 2 at 0 0 0"
+    ):
+        calibrate(machine, [log], unit="mm", start="7 8 -9")
+
+
+@pytest.mark.parametrize(
+    ("content", "instead"),
+    [
+        ("<?xml version='1.0'?>\n<html>", "save it as CSV"),
+        ("<TEST_SPEC NAME='XY'><PLANE TEST_PLANE='XY'/>\n", "the layout of .b5r is not public: a table of the bar"),
+        ("Log of CYCLE996\n_OVR[1] = 2\n", "write the ball's centres, method probe"),
+        ("TCHPRAUTO.HTML\n", "probe the ball, method probe"),
+        ("PK\x03\x04", "save its sheet as CSV"),
+    ],
+)
+def test_a_file_without_readings_is_told_what_to_write_instead(content, instead, tmp_path):
+    path = tmp_path / "log.txt"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(instead)):
+        calibrate(machines.load("ac_table"), [path])
+
+
+# Travel, copies, one reading among many
+
+
+def test_places_that_no_slide_reaches_are_asked_about(tmp_path):
+    path = tmp_path / "machine.toml"
+    path.write_text(simulated.toml("table") + "[linear]\nX = { limits = [-400, 400] }\n", encoding="utf-8")
+    machine, (head, names, rows) = machines.load(path), _lines(plain("probe"))
+    for method, table in (("probe", (head, names, rows)), ("ball", _lines(plain("ball")))):
+        column = table[1].index("x")
+        shifted = [[*row[:column], f"{float(row[column]) - 333.5:.9g}", *row[column + 1 :]] for row in table[2]]
+        path.write_text(_join(table[0], table[1], shifted), encoding="utf-8")
+        with pytest.raises(
+            InputError, match=r"column 'x': expected a place that the tip reaches: X within -400 … 400"
+        ):
+            calibrate(machine, [path])
+        numbers, said = outcome(_join([*table[0], "# start = 333.5 0 0"], table[1], shifted), machine, path)
+        assert said == "" and numbers == pytest.approx(outcome(plain(method), machine, path)[0], abs=1e-7)
+
+
+def test_the_same_readings_in_two_files(tmp_path):
+    machine = machines.load("ac_table")
+    one = machines.data_file("measurements/ball_c_axis.csv")
+    other = tmp_path / "again.csv"
+    other.write_text(one.read_text(encoding="utf-8"), encoding="utf-8")
+    assert any("its readings all stand in" in doubt for doubt in calibrate(machine, [one, other]).doubts)
+
+
+def test_an_absurd_reading_is_named(tmp_path):
+    head, names, rows = _lines(plain("probe"))
+    rows[4][names.index("y")] = f"{float(rows[4][names.index('y')]) + 100:.6f}"
+    path = tmp_path / "probe.csv"
+    path.write_text(simulated.toml("table"), encoding="utf-8")
+    machine = machines.load(path)
+    path.write_text(_join(head, names, rows), encoding="utf-8")
+    with pytest.raises(InputError, match="found ± .* mm; .*probe.csv, line 8, column 'y' fits least"):
+        calibrate(machine, [path])
+
+
+def test_without_one_reading(tmp_path):
+    """The note on leave-one-out says what a second estimate without the row says."""
+    head, names, rows = _lines(plain("ball"))
+    path = tmp_path / "ball.csv"
+    path.write_text(simulated.toml("table"), encoding="utf-8")
+    machine = machines.load(path)
+
+    def found(rows):
+        path.write_text(_join([*head, "# sigma = 0.0005"], names, rows), encoding="utf-8")
+        return calibrate(machine, [path])
+
+    whole = found(rows)
+    said = re.search(r"more than ([\d.]+) of its U \((\w+); .*, line (\d+), column 'e[xyz]'", "".join(whole.notes))
+    name, row = said[2], int(said[3]) - len(head) - 3
+    less = found(rows[:row] + rows[row + 1 :])
+    moved = abs(less[name].value - whole[name].value) / whole[name].U
+    assert 0.3 * float(said[1]) < moved < 2 * float(said[1])  # the row has three readings, the note is of one
