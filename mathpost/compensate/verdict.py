@@ -57,7 +57,7 @@ def left_out(problem, solution, found):
     where, line, column = places[row]
     said = f"{times[which, row]:.2f} of its U ({names[which]}; {where}, line {line}, column {column!r})"
     alone = [f"{where}, line {line}" for (where, line, _), other in zip(places, checked, strict=True) if not other]
-    notes = [f"without any one reading no unknown moves by more than {said}"]
+    notes = [f"leaving out any one reading moves no unknown by more than {said}"]
     if alone:
         notes.append(f"nothing checks {len(alone)} readings, the first in {alone[0]}")
     return notes

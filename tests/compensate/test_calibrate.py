@@ -280,7 +280,7 @@ def test_what_source_001_enters_in_the_itnc_530(words, line, value, write, tmp_p
     [
         (
             "ac_table",
-            "LinuxCNC, xyzac-trt-kins: .*; NOT FOR THIS MACHINE: A and C turn the other way\\nLinuxCNC, other",
+            "LinuxCNC, xyzac-trt-kins: .*; NOT FOR THIS MACHINE: A and C turn the other way\\n",
         ),
         ("dmu50v", "^(?s:(?!trt-kins).)*LinuxCNC, other kinematics"),  # its B lies at 45°
     ],
