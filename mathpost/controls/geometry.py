@@ -50,7 +50,7 @@ class Group:
         """
         return [name for name, share in self._shares(machine) if share < 0]
 
-    def _shares(self, machine):
+    def _shares(self, machine: Machine) -> list[tuple[str, float]]:
         """Each axis whose direction is stated: its name, and 1 if it lies in that direction, −1 if against it."""
         pairs = zip(machine.rotary, self.directions.split(), strict=False)
         return [(rotary.name, float(unit(rotary.axis)["XYZ".index(letter)])) for rotary, letter in pairs]
