@@ -84,9 +84,9 @@ def stray(file, real, module, said):
         hal = "".join(f"setp {module}.{pin} {value}\n" for pin, value in said.items())
         hal += f"setp {module}.tool-offset {setup.tool_length}\n"
         samples = control.run(Path(folder), {"run": (program, [first])}, hal=hal)
-    joints, line = samples["run"]
-    on_path = program.splitlines().index(next(each for each in program.splitlines() if each.startswith("G93"))) + 1
-    joints = joints[line >= on_path][::4]  # before it the tip comes from where the file believes the start to be
+    joints, _ = samples["run"]
+    turning = np.flatnonzero(np.abs(joints[:, 3:] - joints[0, 3:]).max(axis=1) > 0)
+    joints = joints[turning[0] :: 4]  # before that the tip comes from where the file believes the start to be
     poses = [real.place(real.nose_of_slides(each[:3]), each[3:]) for each in joints]
     tips, axes = (np.array(each) for each in zip(*poses, strict=True))
     return judge.along_records(tips, axes, path.points, path.axes)[0].max()
