@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadFileScheduling
 
 os.environ["SYMPY_CACHE_SIZE"] = "20000"  # twenty times sympy's own, for dozens of machines in one process
 
@@ -48,6 +49,17 @@ def of(pytestconfig):
     return lambda few, every: every if runs_all(pytestconfig) else few
 
 
+class ByPlace(LoadFileScheduling):
+    """The tests of a file on one process, and all of the site, which is built for them, on one."""
+
+    def _split_scope(self, nodeid):
+        return "tests/site" if nodeid.startswith("tests/site/") else super()._split_scope(nodeid)
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return ByPlace(config, log)
+
+
 def pytest_xdist_auto_num_workers(config):
     """One process more than cores: browser, hub and LibreOffice let theirs wait."""
     return os.cpu_count() + 1
@@ -55,7 +67,7 @@ def pytest_xdist_auto_num_workers(config):
 
 def pytest_collection_modifyitems(config, items):
     """What takes longest begins first. Random examples are at most `FEW`; many more with the profile "many"."""
-    long = ("test_browser.py", "test_class", "test_planted", "test_workbook", "13b_")
+    long = ("test_browser.py", "test_class", "tests/site/", "test_planted", "test_workbook", "13b_")
     items.sort(key=lambda item: next((n for n, name in enumerate(long) if name in item.nodeid), len(long)))
     for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
         said = test._hypothesis_internal_use_settings
