@@ -85,6 +85,7 @@ class Control:
     compensation: str  # where its words stand, "before" or "behind" the positions
     commands: dict[str, tuple[str, ...]]  # lines by command, see `COMMANDS`
     read: dict[str, str]  # word to meaning, see `mathpost.controls.meanings`
+    whole_numbers: str  # what makes a number without a decimal point count as with one, or nothing if all do
     continued: str  # at the end of a line that goes on in the next, or nothing
     positioning: str  # which position the rotary axes take for a plane, one of `POSITIONING`, or nothing
     arcs: Arcs | None  # words for arcs,
@@ -145,7 +146,8 @@ class Control:
             known |= {line.split()[0] if "{" in line else line: command for line in self.commands[command]}
         for command, lines in self.commands.items():
             if re.match("spindle .|coolant|compensation|stop|optional", command):
-                known = {line.split()[0]: "skip" for line in lines} | known
+                meaning = "compensation" if command in ("compensation LEFT", "compensation RIGHT") else "skip"
+                known = {line.split()[0]: meaning for line in lines} | known
         modes = zip(self.inverse_time, ("inverse time", "feed per minute"), strict=False)
         known |= {word: meaning for word, meaning in [*modes, (self.linear, "linear")] if word} | self.read
         if self.modal:
@@ -312,6 +314,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         compensation=motion.take("compensation", *one_of("before", "behind"), "before"),
         commands={name: tuple(commands.take(name, _templates, TEMPLATES, ())) for name in COMMANDS},
         read={word: read.take(word, *one_of(*MEANINGS)) for word in list(read.content)},
+        whole_numbers=blocks.take("whole_numbers", *WORD, ""),
         continued=blocks.take("continued", *WORD, ""),
         positioning=motion.take("positioning", *one_of(*POSITIONING), ""),
         arcs=arcs_of(file),

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError
+from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 from mathpost.plane import positioning
@@ -44,6 +45,7 @@ class Coordinates:
         self.tcp = False
         self.plane: Plane | None = None
         self.shift = np.zeros(3)  # of the datum
+        self.inner = np.zeros(3)  # of the datum in the plane, along its axes
         self.offset = np.zeros(3)  # of the work offset that is called, from the first one
         self.first_offset: str | None = None
         self.tools: list[str] = []
@@ -65,17 +67,19 @@ class Coordinates:
 
     def resolved(self, points: np.ndarray) -> np.ndarray:
         """Return X Y Z of a program, (..., 3), counted from the machine file's origin, as joints or tips."""
-        placed = points if self.plane is None else self.plane.frame.point(points)
+        placed = points if self.plane is None else _point(self.plane.frame, points + self.inner)
         return placed + self.shift + self.offset
 
     def expressed(self, points: np.ndarray) -> np.ndarray:
         """The inverse of `resolved`."""
         placed = points - self.shift - self.offset
-        return placed if self.plane is None else self.plane.frame.inverse().point(placed)
+        return placed if self.plane is None else _point(self.plane.frame.inverse(), placed) - self.inner
 
-    def forget(self) -> None:
-        """Nobody knows where the machine stands."""
-        self.words[:] = np.nan
+    def exchange(self, machine: Machine) -> None:
+        """Take the machine with another tool or origin: its slides stand still, its words change."""
+        slides = self.joints() + self.machine.slides
+        self.machine = machine
+        self.stand(slides - machine.slides, self.words[3:])
 
     def change(self, **state: Any) -> None:
         """Switch TCP, a plane, a shift or a work offset: the machine stands still, its words change."""
@@ -130,7 +134,7 @@ class Coordinates:
         known = self.setup.offsets
         if self.first_offset is None:
             self.first_offset = word
-            self.machine = self.machine.with_setup(origin=known.get(word))
+            self.exchange(self.machine.with_setup(origin=known.get(word)))
         if word != self.first_offset and word not in known:
             raise InputError(where, f"the origin of {word}: --origin {word}=X,Y,Z", "none")
         self.change(offset=np.subtract(known.get(word, self.machine.origin), self.machine.origin))
@@ -141,7 +145,7 @@ class Coordinates:
         if lengths is None:
             return
         if name in lengths:
-            self.machine = self.machine.with_setup(tool_length=lengths[name])
+            self.exchange(self.machine.with_setup(tool_length=lengths[name]))
         elif lengths or self.tools not in ([], [name]):
             raise InputError(where, f"the length of tool {name}: --tools FILE", "none")
         if name not in self.tools:
@@ -162,3 +166,11 @@ class Coordinates:
         if to_tip:
             return self.kin.forward(np.r_[point, angles], degrees=True)[0]
         return self.kin.close(point, np.deg2rad(angles))[:3]
+
+
+def _point(frame: Frame, points: np.ndarray) -> np.ndarray:
+    """Points of a frame, (..., 3); those with a coordinate that is not known become NaN."""
+    found = np.full(np.shape(points), np.nan)
+    known = ~np.isnan(points).any(axis=-1)
+    found[known] = frame.point(points[known])
+    return found

@@ -11,7 +11,7 @@ from mathpost.path import arcs
 CHORD = 0.0001  # mm, between an arc and the points that are made of it
 SAME_ANGLE = 1e-3  # degrees, by which the printed digits of a plane may turn the rotary axes
 OUT_AT_FEED = {"CYCLE81": False, "CYCLE82": False, "CYCLE83": False, "CYCLE84": True, "CYCLE85": True,
-               "CYCLE86": False, "CYCLE89": True, "CYCLE840": True}  # fmt: skip
+               "CYCLE86": False, "CYCLE87": False, "CYCLE88": False, "CYCLE89": True, "CYCLE840": True}  # fmt: skip
 PLANES = {
     "plane XY": (0, 1, 2),
     "plane ZX": (2, 0, 1),
@@ -120,7 +120,7 @@ def heights(text: str) -> Heights:
     """
     name, values = arguments(text)
     if name not in OUT_AT_FEED or len(values) < 4:
-        raise InputError(name, "CYCLE81 to CYCLE86, CYCLE89 or CYCLE840, with four numbers", f"{len(values)}")
+        raise InputError(name, "CYCLE81 to CYCLE89 or CYCLE840, with four numbers", f"{len(values)}")
     leave, surface, distance, bottom, below = [*values, 0.0][:5]
     if below and text.split("(")[1].split(",")[3].strip() == "":
         bottom = surface - abs(below)

@@ -44,7 +44,7 @@ class Drilling:
 
 def tidy(body: str) -> str:
     """Capital letters, and no blank between a letter and its number."""
-    return re.sub(r"(?<![A-Z0-9_\"])([A-Z])\s+(?=[-+]?\.?\d)", r"\1", body.upper())
+    return re.sub(r"(?<![A-Z_\"])([A-Z])\s+(?=[-+]?\.?\d)", r"\1", body.upper())
 
 
 def tool_name(text: str) -> str:
@@ -58,6 +58,13 @@ def templates(lines: Iterable[str]) -> re.Pattern[str]:
     named = (line.replace(r"\{name\}", r"\w+") for line in escaped)
     fields = (re.sub(r"\\\{(tool|offset)\\\}", r"\\d+", line) for line in named)
     return re.compile("|".join(fields) or r"(?!)")
+
+
+def whole_number(text: str, names: Iterable[str]) -> tuple[int, str] | None:
+    """Return the line of the first position without a decimal point, and its word."""
+    words = rf"^[^(;\n]*?(?<![A-Z])((?:{'|'.join(map(re.escape, names))})[-+]?\d*[1-9]\d*)(?![\d.])"
+    found = re.search(words, text, re.MULTILINE | re.IGNORECASE)
+    return (text.count("\n", 0, found.start(1)) + 1, found[1]) if found else None
 
 
 @cache

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,8 @@ import numpy as np
 from mathpost.controls import curves, plane_blocks
 from mathpost.controls.curves import PLANES
 from mathpost.controls.lines import Drilling, Line
+from mathpost.controls.ways import holes
+from mathpost.plane.tilted_plane import Plane
 
 if TYPE_CHECKING:
     from mathpost.controls.reader import Lines
@@ -29,6 +32,11 @@ def _time(reader: Lines, *, inverse: bool = False, per_turn: bool = False) -> No
 
 def _counted(name: str, value: Any) -> Callable[[Lines, Line], None]:
     return lambda reader, line: setattr(reader, name, value)
+
+
+def _unit(reader: Lines, scale: float) -> None:
+    reader.scale = scale
+    reader.unit_stated = True
 
 
 def _said(name: str, value: Any) -> Callable[[Lines, Line], None]:
@@ -50,8 +58,8 @@ MODES = {
     "inverse time": lambda reader, line: _time(reader, inverse=True),
     "feed per minute": lambda reader, line: _time(reader),
     "feed per turn": lambda reader, line: _time(reader, per_turn=True),
-    "inch": _counted("scale", 25.4),
-    "mm": _counted("scale", 1.0),
+    "inch": lambda reader, line: _unit(reader, 25.4),
+    "mm": lambda reader, line: _unit(reader, 1.0),
     "incremental": _counted("incremental", True),
     "absolute": _counted("incremental", False),
     "absolute centre": _counted("absolute_centre", True),
@@ -85,15 +93,17 @@ def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, st
     """A shift of the datum by the axes that the line names."""
 
     def shift(reader: Lines, line: Line, text: str) -> None:
-        shift = np.zeros(3) if anew else reader.at.shift.copy()
+        held = "shift" if reader.at.plane is None else "inner"  # on a tilted plane, along its axes
+        shift = np.zeros(3) if anew else getattr(reader.at, held).copy()
         for name, (value, counted) in line.axes.items():
             axis = reader.names.index(name)
             if axis > 2:
                 if value:
                     raise reader.error("a shift of X Y Z", f"of {name}")
                 continue
+            value *= reader.scale
             shift[axis] = shift[axis] + value if added or counted == "incremental" else value
-        reader.at.change(shift=shift)
+        reader.at.change(**{held: shift})
 
     return shift
 
@@ -110,18 +120,48 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
     """A tilted plane; where its line says so, or the control does it by itself, the rotary axes turn to it."""
     if reader.control.positioning == "siemens":
         kept, direction = plane_blocks.swivel(text)
-        reader.at.change(plane=None, shift=reader.at.shift)
-        reader.at.change(plane=plane_blocks.from_text(text))
+        _no_frames(reader, line, text)  # a new plane deletes what was programmed before
+        reader.at.change(plane=_in_mm(reader, plane_blocks.from_text(text)))
         if direction:
             _turn_to(reader, line, direction=direction)
         if not kept:
             reader.at.words[:3] = np.nan
         return
-    reader.at.change(plane=None)
+    _leave(reader)
     plane = plane_blocks.from_text(re.sub(r"\s(SEQ|SYM|MB|DIST|ABST|F\s*MAX|FMAX|F\d).*", "", text))
-    reader.at.change(plane=plane)
+    reader.at.change(plane=_in_mm(reader, plane))
     if line.turned:
         _turn_to(reader, line, **line.choice)
+
+
+def _in_mm(reader: Lines, plane: Plane) -> Plane:
+    return replace(plane, origin=plane.origin * reader.scale)
+
+
+def _leave(reader: Lines) -> None:
+    """No tilted plane any more. A shift on it would go on along axes that differ from control to control."""
+    if reader.at.inner.any():
+        raise reader.error("the shift on the tilted plane taken back before the plane ends", "it holds")
+    reader.at.change(plane=None)
+
+
+def _no_frames(reader: Lines, line: Line, text: str) -> None:
+    """Delete a tilted plane and all shifts of the datum."""
+    if line.axes:
+        raise reader.error("no axes behind it", ", ".join(line.axes))
+    reader.at.change(plane=None, inner=np.zeros(3), shift=np.zeros(3))
+
+
+def _working_plane(reader: Lines, line: Line, text: str) -> None:
+    """Cycle 19 of Heidenhain: the program itself turns the rotary axes, by the angles that the cycle leaves."""
+    if not re.search(r"19\.1\s+[ABC]", text):
+        _leave(reader)
+        return
+    reader.note("spatial angles", "cycle 19")
+    _plane(reader, line, text)
+    if reader.at.plane is not None:
+        angles = reader.at.angles_for(reader.at.plane, reader.control.positioning)
+        reader.plane_angles = dict(zip(reader.names[3:], angles.tolist(), strict=True))
 
 
 def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
@@ -140,7 +180,7 @@ def _turn(reader: Lines, line: Line, text: str) -> None:
 
 
 def _plane_off(reader: Lines, line: Line, text: str) -> None:
-    reader.at.change(plane=None)
+    _leave(reader)
     if line.turned:
         reader.turn_to(reader.at.joints(), np.zeros(len(reader.names) - 3))
 
@@ -157,38 +197,7 @@ def _everywhere(reader: Lines, line: Line, text: str) -> None:
 
 def _once(reader: Lines, line: Line, text: str) -> None:
     """A cycle where the tool is."""
-    reader.holes(reader.at.words, 2, curves.heights(text))
-
-
-def drill(reader: Lines) -> None:
-    """Do the cycle that is defined by its surface, depth, clearance and height to leave, where the tool is."""
-    surface = reader.defined.get("cycle surface", np.nan)
-    depth = reader.defined.get("cycle depth", np.nan)
-    clearance = reader.defined.get("cycle clearance", np.nan)
-    if np.isnan([surface, depth, clearance]).any():
-        raise reader.error("a cycle with surface, depth and clearance before its call", "none")
-    leave = surface + max(clearance, reader.defined.get("cycle retract", 0.0))
-    feed, reader.feed = reader.feed, reader.defined.get("cycle feed", reader.feed)
-    reader.holes(reader.at.words, 2, curves.Heights(surface + clearance, surface + depth, leave))
-    reader.feed = feed
-
-
-def hole(reader: Lines, cycle: Drilling, line: Line) -> None:
-    """Do the drilling cycle that is on, at the place of the line."""
-    axis = PLANES[reader.plane][2]
-    if any(name.startswith("centre ") for name in line.values):
-        raise reader.error("a drilling cycle without I J K, which may repeat it", "one of them")
-    for name in ("radius", "cycle clearance"):
-        if name in line.values:
-            cycle.clearance = line.values[name] * reader.scale
-            if reader.incremental:
-                cycle.clearance += cycle.initial
-    if reader.names[axis] in line.axes:
-        bottom, _ = line.axes.pop(reader.names[axis])
-        cycle.bottom = cycle.clearance + bottom if reader.incremental else bottom
-    place = reader.target(line)
-    leave = max(cycle.initial, cycle.clearance) if reader.leave == "initial" else cycle.clearance
-    reader.holes(place, axis, curves.Heights(cycle.clearance, cycle.bottom, leave, cycle.slow))
+    holes(reader, reader.at.words, 2, curves.heights(text))
 
 
 STATEMENTS = {
@@ -201,19 +210,31 @@ STATEMENTS = {
     "added shift": _shift(added=True),
     "home": _home,
     "tilted plane": _plane,
+    "working plane": _working_plane,
+    "no frames": _no_frames,
     "turn to plane": _turn,
     "plane off": _plane_off,
 }
 NUMBERS = {
-    *(f"{word} {letter}" for word in ("centre", "tool axis") for letter in "XYZ"),
+    *(f"{word} {letter}" for word in ("centre", "centre at", "tool axis") for letter in "XYZ"),
     *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract", "feed")),
     "radius",
     "turns",  # of an arc, the one that is begun included
     "full turns",  # before it
     "sweep",  # degrees
 }
+# What is taken for granted where such a word stands, or where it is found, as the report says it.
+ASSUMED = {
+    "compensation": "the radius that line {line} ({word}) compensates is 0: X Y Z are taken for the tool's centre",
+    "on arcs": "the rotary axes turn evenly in a block; by line {line} ({word}) the control takes the tool axis "
+    "on the shortest way",
+    "spatial angles": "the angles of line {line} ({word}) are those of PLANE SPATIAL, not of the rotary axes",
+    "tool change": "{word} stand still while a tool is changed, first before line {line}",
+    "unit": "no word says whether positions are mm or inches: mm",
+    "no point": "{word} in line {line} counts mm, inches or degrees, as if it had a point: {control.whole_numbers}",
+}
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
 OTHERS = ("skip", "flow", "zero", "tool", "tool number", "length", "speed", "work offset", "TCP on", "TCP off",
-          "absolute axis", "incremental axis")  # fmt: skip
-MEANINGS = (*MODES, *STATEMENTS, *sorted(NUMBERS), *MOTIONS, *OTHERS)
+          "plane angle", "absolute axis", "incremental axis")  # fmt: skip
+MEANINGS = (*MODES, *STATEMENTS, *sorted(NUMBERS), *MOTIONS, *ASSUMED, *OTHERS)

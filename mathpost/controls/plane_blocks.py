@@ -117,6 +117,8 @@ def swivel(text: str) -> tuple[bool, int]:
 def _read_plane(block: str, where: str, origin: np.ndarray, keep: str) -> Plane:
     if block.startswith("CYCLE800"):
         return _read_cycle800(block, where)
+    if block.startswith("CYCL DEF 19.1"):
+        return Plane("PLANE SPATIAL", _words(block, "ABC", where, optional=True), origin, keep)
     notations = ("G68.2", "PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR", "AROT RPY")
     notation = next((each for each in notations if block.startswith(each.removesuffix(" RPY"))), "")
     if not notation:

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.controls import curves
+from mathpost.controls import curves, ways
 from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Coordinates, Setup
-from mathpost.controls.lines import Drilling, Line, plain, templates, tidy, tool_name
-from mathpost.controls.meanings import MODES, MOTIONS, NUMBERS, STATEMENTS, drill, hole
+from mathpost.controls.lines import Drilling, Line, plain, templates, tidy, tool_name, whole_number
+from mathpost.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, STATEMENTS
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
@@ -56,9 +56,10 @@ def follow(
     columns = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
     words, feeds, seconds, rapid, tcp, numbers = columns
     machines = [pair for pair in lines.machines if pair[0] < len(numbers)]
-    return Program(
-        Blocks(words.T, feeds, seconds, rapid, tcp), numbers, machines, dict(lines.skipped), lines.at.assumed
-    )
+    if lines.control.whole_numbers and (found := whole_number(text, lines.names)):
+        lines.notes["no point"] = found
+    assumed = (*lines.at.assumed, *lines.assumed())
+    return Program(Blocks(words.T, feeds, seconds, rapid, tcp), numbers, machines, dict(lines.skipped), assumed)
 
 
 class Lines(bulk.Reader):
@@ -90,11 +91,16 @@ class Lines(bulk.Reader):
         self.cycle: Drilling | None = None
         self.leave = "initial"  # or "clearance": to where the tool comes out
         self.defined: dict[str, float] = {}  # of a cycle that is called later
+        self.plane_angles: dict[str, float] = {}  # degrees, by axis, that a cycle leaves for the program
         self.everywhere: curves.Heights | None = None  # of the cycle that is done behind every move
         self.pending = ""  # tool
         self.begun = ""  # of a line that goes on in the next
         self.ended = False
         self.skipped: Counter[str] = Counter()
+        self.notes: dict[str, tuple[int, str]] = {}  # what is taken for granted: its first line and word there
+        self.changed = False  # whether a tool was changed
+        self.kept: set[int] = set()  # rotary axes, by number, that nothing has named since then
+        self.unit_stated = False
         self.machines = [(0, machine)]
         # Of moves: words, shape (j, n), feeds, seconds, whether rapid, with TCP, numbers of lines.
         self.runs: list[tuple[np.ndarray, ...]] = []
@@ -157,7 +163,8 @@ class Lines(bulk.Reader):
             elif match := self.feed_word.match(body):
                 self.take_feed(line, match)
             else:
-                raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
+                known = f"a word of a {self.control.name} program (--skip WORD passes one over that moves no axis)"
+                raise self.error(known, repr(body.split()[0]))
             body = body[match.end() :].lstrip()
         if skipped and (line.axes or line.statement):
             raise self.error("a move that is never left out", "one behind an oblique stroke")
@@ -181,7 +188,8 @@ class Lines(bulk.Reader):
             if match:
                 self.take_word(line, *self.control.words.meaning(match))
             body = body[match.end() :].lstrip() if match else re.sub(r"^\S[^A-Z\s]*\s*", "", body)
-        self.forget()
+        self.at.words[:] = np.nan
+        self.feed = np.nan
 
     def take_axis(self, line: Line, name: str, value: str, counted: str) -> None:
         if name not in self.names:
@@ -204,10 +212,18 @@ class Lines(bulk.Reader):
         else:
             line.seconds = value if word == block_time else 60 / value
 
-    def forget(self) -> None:
-        """The machine goes where its tools are."""
-        self.at.forget()
-        self.feed = np.nan
+    def note(self, kind: str, word: str) -> None:
+        """Keep the first line at which something is taken for granted, and its word."""
+        self.notes.setdefault(kind, (self.line, word))
+
+    def assumed(self) -> list[str]:
+        """What was taken for granted, as sentences."""
+        control = self.control
+        if not self.unit_stated and "inch" in control.read.values():
+            self.note("unit", "")
+        return [
+            ASSUMED[kind].format(line=line, word=word, control=control) for kind, (line, word) in self.notes.items()
+        ]
 
     def take_word(self, line: Line, meaning: str, word: str, values: tuple[str, ...]) -> None:
         """Take what a word means: a mode holds at once, what needs the rest of the line waits for `obey`."""
@@ -231,6 +247,12 @@ class Lines(bulk.Reader):
         elif meaning in ("TCP on", "TCP off"):
             if self.at.tcp != (meaning == "TCP on"):
                 self.at.change(tcp=meaning == "TCP on")
+        elif meaning == "plane angle":
+            if word[0] not in self.plane_angles:
+                raise self.error(f"a tilted plane that {word[0]} turns to", "none")
+            line.axes[word[0]] = self.plane_angles[word[0]], "absolute"
+        elif meaning in ASSUMED:
+            self.note(meaning, word)
         elif meaning == "speed":
             self.speed = float(values[0])
         elif meaning.endswith(" axis"):
@@ -246,20 +268,22 @@ class Lines(bulk.Reader):
         else:
             for value in values:
                 word = word.replace(value, "", 1)
-            self.skipped[word.strip()] += 1
+            self.skipped[" ".join(word.split())] += 1
 
     def load(self, name: str) -> None:
         """Take the length of another tool."""
         before = self.at.machine
         self.at.load_tool(name, f"{self.name}, line {self.line}")
         if self.at.machine is not before:
-            self.at.words[:3] = np.nan
             self.machines.append((self.count, self.at.machine))
 
     def obey(self, line: Line, whole: str) -> None:
         """Do what the words of a line say together."""
         if line.tool:
-            self.forget()
+            self.at.words[:3] = np.nan
+            self.feed = np.nan
+            self.changed = True
+            self.kept = set(range(3, len(self.names)))
             if self.pending:
                 self.load(self.pending)
         if line.work_offset:
@@ -270,13 +294,14 @@ class Lines(bulk.Reader):
             self.defined |= {name: value for name, value in line.values.items() if name.startswith("cycle ")}
             self.go(line)
         if line.called:
-            drill(self)
+            ways.drill(self)
 
     def target(self, line: Line) -> np.ndarray:
         """The words, (j,), that a line leads to."""
         words = self.at.words.copy()
         for name, (value, counted) in line.axes.items():
             axis = self.names.index(name)
+            self.kept.discard(axis)
             value *= self.scale if axis < 3 else 1.0
             added = counted == "incremental" or (self.incremental and not counted)
             words[axis] = words[axis] + value if added else value
@@ -294,18 +319,20 @@ class Lines(bulk.Reader):
         if not line.axes and not (arc and (centred or "sweep" in line.values)):
             return
         if line.in_machine:
+            if self.incremental:
+                raise self.error("machine coordinates in absolute numbers", "incremental ones")
             named = {self.names.index(name): value for name, (value, _) in line.axes.items()}
             self.stand(self.at.machine_position(named))
         elif self.cycle is not None and not line.curve:
-            hole(self, self.cycle, line)
+            ways.hole(self, self.cycle, line)
         elif arc == "arc":
             raise self.error("the sense of the arc", "none")
         elif arc:
-            self.turn(line, arc == "clockwise")
+            ways.turn(self, line, arc == "clockwise")
         else:
             self.put(self.target(line)[None], line)
             if self.everywhere is not None:
-                self.holes(self.at.words, 2, self.everywhere)
+                ways.holes(self, self.at.words, 2, self.everywhere)
 
     def put(self, points: np.ndarray, line: Line, rapid: np.ndarray | None = None) -> None:
         """Take moves to points, words of shape (n, j), that one line asks for."""
@@ -329,44 +356,13 @@ class Lines(bulk.Reader):
         else:
             self.stand(np.r_[joints, angles])
 
-    def turn(self, line: Line, clockwise: bool) -> None:
-        """Run an arc or a helix; rotary axes that are named turn along with it."""
-        start, end, values = self.at.words.copy(), self.target(line), line.values
-        if np.isnan(start[:3]).any():
-            raise self.error("X, Y and Z before an arc", "not all")
-        offsets = [values.get(f"centre {letter}") for letter in "XYZ"]
-        if "radius" in values:
-            centre = curves.centre_of(start[:3], end[:3], values["radius"] * self.scale, self.plane, clockwise)
-        elif any(value is not None for value in offsets):
-            base = np.zeros(3) if self.absolute_centre else start[:3]
-            given = [None if value is None else value * self.scale for value in offsets]
-            centre = np.array([s if v is None else b + v for s, b, v in zip(start[:3], base, given, strict=True)])
-        elif self.centre is not None:
-            centre = self.centre
-        else:
-            raise self.error("a centre or a radius of the arc", "neither")
-        turns = int(values.get("turns", 1)) - 1 + int(values.get("full turns", 0))
-        if "sweep" in values:
-            end[:3], turns = curves.swept(start[:3], end[:3], centre, self.plane, values["sweep"])
-        points = curves.arc(start[:3], end[:3], centre, self.plane, clockwise, turns)
-        t = np.arange(1, len(points) + 1)[:, None] / len(points)
-        self.put(np.c_[points, start[3:] + t * (end[3:] - start[3:])], line, np.zeros(len(points), bool))
-
-    def holes(self, place: np.ndarray, axis: int, heights: curves.Heights) -> None:
-        height = self.at.words[axis]
-        place = place.copy()
-        place[axis] = height
-        points, rapid = curves.hole(place[:3], axis, heights)
-        points = np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)]
-        moved = (np.diff(points, axis=0, prepend=self.at.words[None]) != 0).any(axis=1)
-        motion, self.motion = self.motion, "linear"
-        self.put(points[moved], Line(), np.array(rapid)[moved])
-        self.motion = motion
-
     def move(
         self, words: np.ndarray, feeds: np.ndarray, seconds: np.ndarray, rapid: np.ndarray, numbers: np.ndarray
     ) -> None:
         """Take n plain moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""
+        fed = ~(rapid | (self.motion == "rapid"))
+        until = int(fed.argmax()) + 1 if fed.any() else None
+        self.kept -= set(np.flatnonzero(~np.isnan(words[:, :until]).all(axis=1)).tolist())
         for row, before in zip(words, self.at.words, strict=True):
             row[:] = bulk.held(row, before)
         feeds = bulk.held(feeds, self.feed)
@@ -384,7 +380,11 @@ class Lines(bulk.Reader):
             self.line += int(numbers[(unknown & ~rapid).argmax()])
             missing = np.isnan(words[:, (unknown & ~rapid).argmax()])
             name = self.names[int(missing.argmax())]
-            raise self.error(f"{'an' if name[0] in 'AX' else 'a'} {name} word before or in the first move", "none")
+            article = "an" if name[0] in "AX" else "a"
+            start = "" if self.changed else f", or --start {name}0"
+            raise self.error(f"{article} {name} word before or in the first move{start}", "none")
+        if self.kept and not rapid.all():
+            self.note("tool change", ", ".join(self.names[axis] for axis in sorted(self.kept)))
         untimed = np.isnan(seconds)
         if self.inverse and (untimed & ~rapid).any():
             self.line += int(numbers[(untimed & ~rapid).argmax()])

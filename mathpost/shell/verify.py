@@ -5,6 +5,7 @@ import csv
 import html
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from mathpost import machine
@@ -39,6 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--tool-length", type=float, metavar="MM", help="of the only tool, instead of the machine file's")
     add("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
     add("--axis-tolerance", **degrees(AXIS_TOLERANCE), help="of the tool axis; default %(default)s")
+    add(
+        "--skip", action="append", default=[], metavar="WORD",
+        help="a word of this machine that moves no axis, as M250 or G187 P{}; may be given again",
+    )  # fmt: skip
     add("--page", **FILE | {"metavar": "OUT"}, help="the machine as an HTML page that walks through the program")
     add("--json", action="store_true", help="for scripts: every block, with all digits")
 
@@ -51,8 +56,10 @@ def run(options: argparse.Namespace) -> int:
     lengths = _lengths(options.tools) if options.tools else _of_cl(path)
     text = read_bytes(options.program).decode("utf-8-sig", "replace")
     tables = Setup(offsets, lengths, _start(options.start, setup))
+    words = control.load(options.dialect)
+    words = replace(words, read=words.read | {word.upper(): "skip" for word in options.skip})
     found = verify(
-        text, setup, options.dialect, cl=path, setup=tables, tolerance=options.tolerance,
+        text, setup, words, cl=path, setup=tables, tolerance=options.tolerance,
         axis_tolerance=math.radians(options.axis_tolerance), name=options.program.name,
     )  # fmt: skip
     print(json.dumps(found.data(), ensure_ascii=False) if options.json else found)

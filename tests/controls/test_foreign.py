@@ -1,5 +1,7 @@
 """Programs by others: arcs, cycles, planes, shifts and offsets, at points worked out by hand."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,10 @@ def test_what_may_move_an_axis_otherwise_is_refused(line):
         ("G99 G81 X1 Y2 Z-7 R2 F100", [1, 2, 2]),
         ("G68.2 X1 Y0 Z0 I0 J60 K0\nG53.1\nG1 X0 Y0 Z10 F100", [1, -10 * ROOT, 10 * HALF]),
         ("G68.2 X1 Y0 Z0 I0 J60 K0\nG69\nG1 X3 F100", [3, 0, 5]),
+        ("G20\nG81 X1 Z-1 R1 F10\nG80\nG0 Z-1\nG99 G81 X1 Y2 Z-2 R1 F10", [25.4, 50.8, 25.4]),
+        ("G20 G52 X1\nG1 X0 F10", [25.4, 0, 5]),
+        ("T2 M6\nG0 X1 Y2\nG43 H2 Z3\nG1 X4 F100", [4, 2, 3]),
+        ("G68.2 X1 Y0 Z0 I0 J60 K0\nG53.1\nG52 Z10\nG1 X0 Y0 Z0 F100", [1, -10 * ROOT, 10 * HALF]),
     ],
 )
 def test_where_a_line_leads(lines, expected):
@@ -78,7 +84,7 @@ def test_klartext_plane_cycle_and_shift():
     np.testing.assert_allclose(heights, [50, 3, -19, 9])
     np.testing.assert_allclose(found[line][:2], [6, 2])
     np.testing.assert_allclose(found[line + 2], [16, 12, 9], atol=1e-9)
-    assert program.skipped["BEGIN PGM"] == 1
+    assert program.skipped["CYCL DEF 7.0"] == 1
 
 
 def test_tool_axis_vectors_and_machine_coordinates_of_siemens():
@@ -88,6 +94,72 @@ def test_tool_axis_vectors_and_machine_coordinates_of_siemens():
     kin_words = program.blocks.words
     np.testing.assert_allclose(kin_words[1], [1, 2, 3, 30, 0], atol=1e-5)
     np.testing.assert_allclose(kin_words[-1, 2], 100 - AC.tool_length)  # the slide stands at 100
+
+
+KLARTEXT = "0 BEGIN PGM A MM\n1 TOOL CALL 3 Z S1000\n2 L A+0 C+0 FMAX\n"
+TILTED = "8 CYCL DEF 7.0 DATUM\n9 CYCL DEF 7.1 Z+10\n10 L X+0 Y+0 Z+0 F100\n"
+
+
+@pytest.mark.parametrize(
+    "tilt",
+    [
+        "3 PLANE SPATIAL SPA+60 SPB+0 SPC+0 TURN FMAX\n",
+        "3 CYCL DEF 19.0 WORKING PLANE\n4 CYCL DEF 19.1 A+60\n5 L A+Q120 C+Q122 FMAX\n",
+    ],
+)
+def test_a_shift_on_a_tilted_plane_goes_along_it(tilt):
+    """Behind a tool change nobody knows X Y Z, and the rotary axes turn nevertheless."""
+    program = reader.follow(KLARTEXT + tilt + "7 L X+0 Y+0 Z+50 FMAX\n" + TILTED, AC, "heidenhain")
+    np.testing.assert_allclose(program.blocks.words[-1], [0, -10 * ROOT, 10 * HALF, 60, 0], atol=1e-9)
+    with pytest.raises(InputError, match="the shift on the tilted plane taken back"):
+        reader.follow(KLARTEXT + tilt + TILTED + "11 PLANE RESET STAY\n", AC, "heidenhain")
+
+
+def test_a_new_swivel_plane_deletes_what_was_programmed_before():
+    """Between TRANS and CYCLE800 the words are shifted, behind it a TRANS goes along the plane."""
+    swivel = 'CYCLE800(0,"TC1",0,57,0,0,0,60,0,0,0,0,0,-1,0,1)'
+    text = f"G90 G710 G0 A0 C0\nX0 Y0 Z50\nTRANS X7\nG0 X0\n{swivel}\nTRANS Z10\nG1 X0 Y0 Z0 F100\nM30\n"
+    found, _ = ends(text, "siemens")
+    np.testing.assert_allclose(found[4][0], 7)
+    np.testing.assert_allclose(found[7], [0, -10 * ROOT, 10 * HALF], atol=1e-9)
+    absolute, _ = ends(f"G710\n{START}G2 X0 Y-10 I=AC(0) J=AC(0) F100\nM30\n", "siemens")
+    np.testing.assert_allclose(absolute[5], [0, -10, 5], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("control", "lines", "said"),
+    [
+        ("fanuc", "G41 D3\nG1 X1. F100", "line 4 \\(G41\\) compensates is 0"),
+        ("fanuc", "T2 M6\nG0 X1. Y0. Z5.\nG1 X2. F100", "A, C stand still while a tool is changed"),
+        ("fanuc", "G1 X1 F100", "X10 in line 3 counts mm, .*3401"),
+        ("siemens", "G42\nG1 X1 F100", "G42"),
+    ],
+)
+def test_what_is_taken_for_granted_is_said(control, lines, said):
+    _, program = ends(f"{START}{lines}\nM30\n", control)
+    assert any(re.search(said, sentence) for sentence in program.assumed), program.assumed
+
+
+def test_a_unit_that_nobody_states_is_said():
+    _, program = ends(START.replace("G21", ""), "haas")
+    assert "no word says whether positions are mm or inches: mm" in program.assumed
+    with pytest.raises(InputError, match="line 1"):
+        ends("0 BEGIN PGM A IN\n", "heidenhain")
+    inch, _ = ends("BEGIN PGM A INCH\nL X+1 Y+0 Z+2 A+0 C+0 F9\n", "heidenhain")
+    np.testing.assert_allclose(inch[2], [25.4, 0, 50.8])
+
+
+@pytest.mark.parametrize(
+    "option", ["F TCP AXIS SPAT PATHCTRL AXIS", "F TCP AXIS POS PATHCTRL AXIS REFPNT CENTER-CENTER"]
+)
+def test_another_meaning_of_the_words_under_tcp_is_refused(option):
+    with pytest.raises(InputError, match="line 4"):
+        ends(f"{KLARTEXT}3 FUNCTION TCPM {option}\n", "heidenhain")
+
+
+def test_machine_coordinates_are_absolute():
+    with pytest.raises(InputError, match="line 4: expected machine coordinates in absolute numbers"):
+        ends(f"{START}G91 G53 Z0\n")
 
 
 def test_offsets_and_lengths_are_asked_for():

@@ -1,0 +1,87 @@
+"""What one line of a program makes several moves of: arcs, helices and drilling cycles, as points on their way.
+
+A function here takes the reader (`mathpost.controls.reader`), which keeps what holds, and the line.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mathpost.controls import curves
+from mathpost.controls.curves import PLANES
+from mathpost.controls.lines import Drilling, Line
+
+if TYPE_CHECKING:
+    from mathpost.controls.reader import Lines
+
+
+def turn(reader: Lines, line: Line, clockwise: bool) -> None:
+    """Run an arc or a helix; rotary axes that are named turn along with it."""
+    start, end, values = reader.at.words.copy(), reader.target(line), line.values
+    if np.isnan(start[:3]).any():
+        raise reader.error("X, Y and Z before an arc", "not all")
+    if "radius" in values:
+        centre = curves.centre_of(start[:3], end[:3], values["radius"] * reader.scale, reader.plane, clockwise)
+    elif any(name.startswith("centre ") for name in values):
+        base = np.zeros(3) if reader.absolute_centre else start[:3]
+        centre = start[:3].copy()
+        for axis, letter in enumerate("XYZ"):
+            for name, counted_from in ((f"centre {letter}", base[axis]), (f"centre at {letter}", 0.0)):
+                if name in values:
+                    centre[axis] = counted_from + values[name] * reader.scale
+    elif reader.centre is not None:
+        centre = reader.centre
+    else:
+        raise reader.error("a centre or a radius of the arc", "neither")
+    turns = int(values.get("turns", 1)) - 1 + int(values.get("full turns", 0))
+    if "sweep" in values:
+        end[:3], turns = curves.swept(start[:3], end[:3], centre, reader.plane, values["sweep"])
+    points = curves.arc(start[:3], end[:3], centre, reader.plane, clockwise, turns)
+    t = np.arange(1, len(points) + 1)[:, None] / len(points)
+    reader.put(np.c_[points, start[3:] + t * (end[3:] - start[3:])], line, np.zeros(len(points), bool))
+
+
+def holes(reader: Lines, place: np.ndarray, axis: int, heights: curves.Heights) -> None:
+    """Take the moves of one hole at a place, words of shape (j,)."""
+    height = reader.at.words[axis]
+    place = place.copy()
+    place[axis] = height
+    points, rapid = curves.hole(place[:3], axis, heights)
+    points = np.c_[points, np.repeat(place[None, 3:], len(points), axis=0)]
+    moved = (np.diff(points, axis=0, prepend=reader.at.words[None]) != 0).any(axis=1)
+    motion, reader.motion = reader.motion, "linear"
+    reader.put(points[moved], Line(), np.array(rapid)[moved])
+    reader.motion = motion
+
+
+def drill(reader: Lines) -> None:
+    """Do the cycle that is defined by its surface, depth, clearance and height to leave, where the tool is."""
+    surface = reader.defined.get("cycle surface", np.nan)
+    depth = reader.defined.get("cycle depth", np.nan)
+    clearance = reader.defined.get("cycle clearance", np.nan)
+    if np.isnan([surface, depth, clearance]).any():
+        raise reader.error("a cycle with surface, depth and clearance before its call", "none")
+    leave = surface + max(clearance, reader.defined.get("cycle retract", 0.0))
+    feed, reader.feed = reader.feed, reader.defined.get("cycle feed", reader.feed)
+    holes(reader, reader.at.words, 2, curves.Heights(surface + clearance, surface + depth, leave))
+    reader.feed = feed
+
+
+def hole(reader: Lines, cycle: Drilling, line: Line) -> None:
+    """Do the drilling cycle that is on, at the place of the line."""
+    axis = PLANES[reader.plane][2]
+    if any(name.startswith("centre ") for name in line.values):
+        raise reader.error("a drilling cycle without I J K, which may repeat it", "one of them")
+    for name in ("radius", "cycle clearance"):
+        if name in line.values:
+            cycle.clearance = line.values[name] * reader.scale
+            if reader.incremental:
+                cycle.clearance += cycle.initial
+    if reader.names[axis] in line.axes:
+        bottom = line.axes.pop(reader.names[axis])[0] * reader.scale
+        cycle.bottom = cycle.clearance + bottom if reader.incremental else bottom
+    place = reader.target(line)
+    leave = max(cycle.initial, cycle.clearance) if reader.leave == "initial" else cycle.clearance
+    holes(reader, place, axis, curves.Heights(cycle.clearance, cycle.bottom, leave, cycle.slow))
