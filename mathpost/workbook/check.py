@@ -14,9 +14,10 @@ from mathpost.workbook.meaning.recognise import Recognised
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, TOO_LARGE, UNCLEAR, WRONG, FileReport, Judgement
 from mathpost.workbook.sheet.edits import INVERSE
 from mathpost.workbook.sheet.file import EMPTY, read
-from mathpost.workbook.sheet.formula import areas, heads
-from mathpost.workbook.sheet.graph import Graph, same
+from mathpost.workbook.sheet.graph import Graph
 from mathpost.workbook.sheet.neighbours import as_around, typed_over
+from mathpost.workbook.sheet.samples import same
+from mathpost.workbook.sheet.tree import areas, heads
 from mathpost.workbook.task import Task
 from mathpost.workbook.verdict.beside import Beside
 from mathpost.workbook.verdict.inputs import doubts_of_inputs

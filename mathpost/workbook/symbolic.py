@@ -4,9 +4,10 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError
+from mathpost.workbook.sheet.evaluate import FUNCTIONS
 from mathpost.workbook.sheet.file import read
-from mathpost.workbook.sheet.formula import FUNCTIONS, heads
 from mathpost.workbook.sheet.graph import Graph
+from mathpost.workbook.sheet.tree import heads
 
 EXACT = {
     **{

@@ -5,8 +5,9 @@ import pytest
 
 from mathpost import workbook as room
 from mathpost.workbook import check_file, check_folder
-from mathpost.workbook.sheet import graph as graphs
+from mathpost.workbook.sheet import cells, links
 from mathpost.workbook.sheet.formula import NotUnderstood, parse
+from mathpost.workbook.sheet.graph import Graph
 from tests.workbook.test_strangers import SHEETS, workbook
 
 
@@ -30,8 +31,8 @@ def checked(path, more, monkeypatch, page="More"):
     for address, content in more.items():
         sheet[address] = content
     book.save(path)
-    begin = graphs.Graph.__init__
-    monkeypatch.setattr(graphs.Graph, "__init__", lambda self, *given: (made.append(self), begin(self, *given))[1])
+    begin = Graph.__init__
+    monkeypatch.setattr(Graph, "__init__", lambda self, *given: (made.append(self), begin(self, *given))[1])
     report = check_file(path)
     return report, sum(graph.work for graph in made)
 
@@ -52,10 +53,10 @@ def test_six_thousand_running_totals_refer_to_few_cells(tmp_path, monkeypatch):
 
 
 def test_what_is_too_large_is_said_with_the_figure(tmp_path, monkeypatch):
-    monkeypatch.setattr(graphs, "MOST_FORMULAS", 1000)
+    monkeypatch.setattr(links, "MOST_FORMULAS", 1000)
     report, _ = checked(tmp_path / "large.xlsx", rows_of("of a result", 1200), monkeypatch)
     assert report.status == 2 and report.seen == ["not judged: too large (1228 formulas)"]
-    monkeypatch.setattr(graphs, "WORK", 1000)
+    monkeypatch.setattr(cells, "WORK", 1000)
     report, _ = checked(tmp_path / "small.xlsx", {}, monkeypatch)
     assert report.seen[0].startswith("not judged: too large (more than")
 
@@ -110,5 +111,5 @@ def test_a_cell_read_twice_is_one_number(tmp_path):
         book.active[f"A{row}"] = row
         book.active[f"B{row}"] = f"=SUM(A${1 if row < 30 else 2}:A{row})"
     book.save(tmp_path / "sums.xlsx")
-    own = graphs.Graph(room.folder.read(tmp_path / "sums.xlsx")).own
+    own = Graph(room.folder.read(tmp_path / "sums.xlsx")).own
     assert [own["Sheet", r, 2] for r in (20, 29, 30, 40)] == [210, 435, 464, 819]

@@ -17,7 +17,8 @@ from mathpost.errors import InputError, OutputError
 from mathpost.shell.main import main
 from mathpost.sources.recipes import zxz_right
 from mathpost.workbook import Task, check_file
-from mathpost.workbook.sheet.formula import parse, text_of
+from mathpost.workbook.sheet.formula import parse
+from mathpost.workbook.sheet.tree import text_of
 from tests.conftest import DATA, ROOT
 from tests.workbook import planted
 

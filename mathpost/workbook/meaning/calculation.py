@@ -7,7 +7,7 @@ import numpy as np
 from mathpost.detective.misreadings import elementary
 from mathpost.euler import from_axis_angle, from_quaternion
 from mathpost.rotation import unit
-from mathpost.workbook.sheet.graph import SAMPLES
+from mathpost.workbook.sheet.samples import SAMPLES
 
 LARGEST_RADIANS = 6.3  # an angle beyond a turn in radians is in degrees
 

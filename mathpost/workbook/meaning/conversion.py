@@ -12,8 +12,8 @@ from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.plane_angles import PLANE_WORDS, by_words, computed_angles
 from mathpost.workbook.meaning.texts import FIXED, SEQUENCE, TURNS
 from mathpost.workbook.sheet.edits import take_unrounded
-from mathpost.workbook.sheet.formula import parts_of
-from mathpost.workbook.sheet.graph import offset
+from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.tree import parts_of
 
 
 @dataclass(eq=False)

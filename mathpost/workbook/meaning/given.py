@@ -8,8 +8,8 @@ import numpy as np
 
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.sheet.edits import TRIGONOMETRY
-from mathpost.workbook.sheet.formula import CONVERSIONS, areas, heads, parts_of
-from mathpost.workbook.sheet.graph import beside, offset
+from mathpost.workbook.sheet.place import beside, offset
+from mathpost.workbook.sheet.tree import CONVERSIONS, areas, heads, parts_of
 
 QUATERNION = "quaternion|四元数"
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND", "ATAN"}  # 4·ATAN(1) is π

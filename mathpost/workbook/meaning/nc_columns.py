@@ -15,7 +15,7 @@ import numpy as np
 
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS
-from mathpost.workbook.sheet.graph import beside
+from mathpost.workbook.sheet.place import beside
 
 CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
 LOOKED_AT = 200  # rows are enough to tell a column

@@ -13,8 +13,9 @@ from mathpost.rotation import wrap
 from mathpost.workbook.meaning.label import IN_RADIANS
 from mathpost.workbook.meaning.nc_columns import CLOSE, PLAIN, Column, Table, headings_exchanged, letters_of, normal
 from mathpost.workbook.sheet.edits import INVERSE
-from mathpost.workbook.sheet.formula import heads
-from mathpost.workbook.sheet.graph import offset, same
+from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.samples import same
+from mathpost.workbook.sheet.tree import heads
 
 DRAWN, MOST = 24, 200  # positions at random; triples of numbers that are tried
 ENOUGH = 0.4  # of the positions: an arc sine is right on half of the sphere

@@ -21,8 +21,8 @@ from mathpost.workbook.meaning.calculation import Calculation, look, nearest
 from mathpost.workbook.meaning.nc_columns import CLOSE, ENOUGH_OF_ONE_ROW, Table, find_tables
 from mathpost.workbook.meaning.nc_positions import Positions
 from mathpost.workbook.sheet.edits import take_unrounded
-from mathpost.workbook.sheet.formula import heads
-from mathpost.workbook.sheet.graph import SAMPLES
+from mathpost.workbook.sheet.samples import SAMPLES
+from mathpost.workbook.sheet.tree import heads
 
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look

@@ -15,8 +15,8 @@ from mathpost.detective.misreadings import elementary
 from mathpost.workbook.meaning.calculation import Calculation, look, nearest
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, take_unrounded
-from mathpost.workbook.sheet.formula import CONVERSIONS, heads
-from mathpost.workbook.sheet.graph import SAMPLES
+from mathpost.workbook.sheet.samples import SAMPLES
+from mathpost.workbook.sheet.tree import CONVERSIONS, heads
 
 ROUNDED = 2e-3  # what the directions of a frame are off that are written to three decimals
 LIKELY = 16  # readings of some angles that are looked at closely

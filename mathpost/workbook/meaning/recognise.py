@@ -20,8 +20,8 @@ from mathpost.workbook.meaning.plane_angles import find_planes
 from mathpost.workbook.meaning.texts import FOREIGN, ORIGIN, PASSIVE, reading
 from mathpost.workbook.meaning.vectors import Vectors
 from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
-from mathpost.workbook.sheet.formula import heads
-from mathpost.workbook.sheet.graph import offset
+from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.tree import heads
 
 SMALL = 1e-6  # a slope that is none
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn

@@ -6,7 +6,7 @@ from itertools import combinations, count, product
 import numpy as np
 
 from mathpost.workbook.meaning.given import Given
-from mathpost.workbook.sheet.graph import offset
+from mathpost.workbook.sheet.place import offset
 
 MOVES = 300  # inputs of one formula: what is made of more is no coordinate
 PAIRS = 400  # slopes that are compared

@@ -6,10 +6,12 @@ from functools import reduce
 from itertools import combinations, permutations, product
 
 from mathpost.rotation import wrap
-from mathpost.workbook.sheet.formula import (
+from mathpost.workbook.sheet.formula import Area, area_of
+from mathpost.workbook.sheet.neighbours import as_around, filled
+from mathpost.workbook.sheet.place import beside
+from mathpost.workbook.sheet.samples import at, same
+from mathpost.workbook.sheet.tree import (
     ROUNDING,
-    Area,
-    area_of,
     areas,
     exact,
     form_of,
@@ -21,8 +23,6 @@ from mathpost.workbook.sheet.formula import (
     walk,
     with_areas,
 )
-from mathpost.workbook.sheet.graph import at, beside, same
-from mathpost.workbook.sheet.neighbours import as_around, filled
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}

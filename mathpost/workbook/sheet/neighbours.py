@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.detective.misreadings import written_decimals
-from mathpost.workbook.sheet.formula import areas, parts_of, with_areas
-from mathpost.workbook.sheet.graph import offset
+from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.tree import areas, parts_of, with_areas
 
 TELLING = 3  # decimals, that a formula does not make by luck
 WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))

@@ -9,19 +9,12 @@ import numpy as np
 
 from mathpost.workbook.meaning.given import may_turn
 from mathpost.workbook.sheet.edits import repaired, said
-from mathpost.workbook.sheet.formula import (
-    STATISTICS,
-    Area,
-    areas,
-    form_of,
-    parts_of,
-    put,
-    text_of,
-    walk,
-    with_areas,
-)
-from mathpost.workbook.sheet.graph import CLOSE, SAMPLES, beside, offset, same
+from mathpost.workbook.sheet.evaluate import STATISTICS
+from mathpost.workbook.sheet.formula import Area
 from mathpost.workbook.sheet.neighbours import along, between, filled
+from mathpost.workbook.sheet.place import beside, offset
+from mathpost.workbook.sheet.samples import CLOSE, SAMPLES, same
+from mathpost.workbook.sheet.tree import areas, form_of, parts_of, put, text_of, walk, with_areas
 
 OF_A_PART = (
     r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|\b(?:mid|mitte)\b|前|后|组|\d *[-–] *\d"

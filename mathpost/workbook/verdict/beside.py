@@ -14,9 +14,11 @@ from mathpost.workbook.meaning.calculation import SAMPLES
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.recognise import MIRRORED
 from mathpost.workbook.sheet.edits import INVERSE, edits, repaired, said
-from mathpost.workbook.sheet.formula import STATISTICS, areas, heads, parts_of, unrounded
-from mathpost.workbook.sheet.graph import CLOSE, at, beside, same
+from mathpost.workbook.sheet.evaluate import STATISTICS
 from mathpost.workbook.sheet.neighbours import as_around
+from mathpost.workbook.sheet.place import beside
+from mathpost.workbook.sheet.samples import CLOSE, at, same
+from mathpost.workbook.sheet.tree import areas, heads, parts_of, unrounded
 from mathpost.workbook.verdict.around import Around
 from mathpost.workbook.verdict.known import Known, agree
 from mathpost.workbook.verdict.labelled import Labelled

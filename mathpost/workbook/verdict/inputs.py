@@ -9,7 +9,7 @@ from mathpost.workbook.meaning.calculation import LARGEST_RADIANS
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS, plain
 from mathpost.workbook.meaning.texts import ORIGIN
-from mathpost.workbook.sheet.graph import beside
+from mathpost.workbook.sheet.place import beside
 
 NAMED = rf"{ORIGIN}|cent(?:re|er)|mittelpunkt|中心"
 GIVEN = rf"{NAMED}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"

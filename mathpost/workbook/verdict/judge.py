@@ -15,8 +15,9 @@ from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
-from mathpost.workbook.sheet.formula import areas
-from mathpost.workbook.sheet.graph import SAMPLES, Graph, same
+from mathpost.workbook.sheet.graph import Graph
+from mathpost.workbook.sheet.samples import SAMPLES, same
+from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.inputs import angle_in_the_text
 from mathpost.workbook.verdict.labels import read_labels
 from mathpost.workbook.verdict.machine_causes import by_cause, or_else

@@ -13,8 +13,9 @@ from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.nc_table import Words, made_of_words
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import INVERSE
-from mathpost.workbook.sheet.formula import areas, heads, unrounded
-from mathpost.workbook.sheet.graph import CLOSE, offset, same
+from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.samples import CLOSE, same
+from mathpost.workbook.sheet.tree import areas, heads, unrounded
 
 LENGTHS = {25.4, 10.0, 1000.0}  # mm of an inch, a centimetre, a metre
 MOST = 20  # points of which each two are compared

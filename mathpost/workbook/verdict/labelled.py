@@ -12,8 +12,9 @@ from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS, read_label
 from mathpost.workbook.sheet.edits import INVERSE, edits, said
-from mathpost.workbook.sheet.formula import heads, parts_of, text_of, unrounded
-from mathpost.workbook.sheet.graph import CLOSE, offset, same
+from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.samples import CLOSE, same
+from mathpost.workbook.sheet.tree import heads, parts_of, text_of, unrounded
 from mathpost.workbook.verdict.known import has_angles, solutions
 
 LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"

@@ -1,6 +1,6 @@
 """Which rule gave the verdict of a cell, and the values that it used."""
 
-from mathpost.workbook.sheet.formula import text_of
+from mathpost.workbook.sheet.tree import text_of
 
 
 def reason(judge, others, place, status):

@@ -10,9 +10,11 @@ from mathpost.rotation import wrap
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation
 from mathpost.workbook.meaning.label import IN_RADIANS
 from mathpost.workbook.meaning.plane_angles import Plane
+from mathpost.workbook.sheet.evaluate import COMPARISONS
 from mathpost.workbook.sheet.file import EMPTY
-from mathpost.workbook.sheet.formula import COMPARISONS, heads, parts_of
-from mathpost.workbook.sheet.graph import SAMPLES, at_samples, offset, same
+from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.samples import SAMPLES, at_samples, same
+from mathpost.workbook.sheet.tree import heads, parts_of
 
 MOST = 1e5  # mm: no more is a limit
 NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}

@@ -13,7 +13,7 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.meaning.label import IN_RADIANS, Role
 from mathpost.workbook.report import RIGHT, UNCLEAR, WRONG, Fault
 from mathpost.workbook.sheet.file import EMPTY
-from mathpost.workbook.sheet.graph import offset
+from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.verdict.labels import labelled
 
 CALCULATED = 3  # decimals that nobody gives

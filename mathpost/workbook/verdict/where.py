@@ -9,8 +9,9 @@ from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
-from mathpost.workbook.sheet.formula import CONVERSIONS, ROUNDING, exact, heads
-from mathpost.workbook.sheet.graph import SAMPLES, at_samples, beside, same
+from mathpost.workbook.sheet.place import beside
+from mathpost.workbook.sheet.samples import SAMPLES, at_samples, same
+from mathpost.workbook.sheet.tree import CONVERSIONS, ROUNDING, exact, heads
 from mathpost.workbook.verdict.sampled import as_window
 from mathpost.workbook.verdict.why import UNEXPLAINED
 

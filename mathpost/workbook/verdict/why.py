@@ -9,9 +9,11 @@ import numpy as np
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Turn
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, repaired
-from mathpost.workbook.sheet.formula import Area, areas, heads, parts_of, text_of
-from mathpost.workbook.sheet.graph import SAMPLES, beside, same
+from mathpost.workbook.sheet.formula import Area
 from mathpost.workbook.sheet.neighbours import as_around
+from mathpost.workbook.sheet.place import beside
+from mathpost.workbook.sheet.samples import SAMPLES, same
+from mathpost.workbook.sheet.tree import areas, heads, parts_of, text_of
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
 TRANSPOSED = "transposed", "the matrix should be transposed"  # cause and sentence

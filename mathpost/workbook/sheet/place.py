@@ -1,0 +1,12 @@
+"""Places of cells: (sheet, row, column), rows and columns from 1."""
+
+
+def beside(place):
+    """The four places beside a place."""
+    sheet, row, column = place
+    return [(sheet, row + down, column + right) for down, right in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+
+
+def offset(place, down, right):
+    """The place so many rows further down and columns further right."""
+    return place[0], place[1] + down, place[2] + right
