@@ -8,8 +8,9 @@ import numpy as np
 
 from mathpost import euler
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
+from mathpost.workbook.meaning.find_planes import by_words, computed_angles
 from mathpost.workbook.meaning.given import runs
-from mathpost.workbook.meaning.plane_angles import PLANE_WORDS, by_words, computed_angles
+from mathpost.workbook.meaning.plane_angles import PLANE_WORDS
 from mathpost.workbook.meaning.texts import FIXED, SEQUENCE, TURNS
 from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.place import offset

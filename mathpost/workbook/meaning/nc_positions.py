@@ -11,7 +11,9 @@ import numpy as np
 
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.label import IN_RADIANS
-from mathpost.workbook.meaning.nc_columns import CLOSE, PLAIN, Column, Table, headings_exchanged, letters_of, normal
+from mathpost.workbook.meaning.nc_columns import Column, Table
+from mathpost.workbook.meaning.nc_headings import PLAIN, headings_exchanged, letters_of, normal
+from mathpost.workbook.meaning.nc_roles import CLOSE
 from mathpost.workbook.sheet.edits import INVERSE
 from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.samples import same

@@ -18,8 +18,9 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import unit, wrap
 from mathpost.workbook.meaning.calculation import Calculation, look, nearest
-from mathpost.workbook.meaning.nc_columns import CLOSE, ENOUGH_OF_ONE_ROW, Table, find_tables
+from mathpost.workbook.meaning.nc_columns import Table, find_tables
 from mathpost.workbook.meaning.nc_positions import Positions
+from mathpost.workbook.meaning.nc_roles import CLOSE, ENOUGH_OF_ONE_ROW
 from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.samples import SAMPLES
 from mathpost.workbook.sheet.tree import heads

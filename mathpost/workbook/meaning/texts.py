@@ -28,6 +28,7 @@ YAW, PITCH, ROLL = (
 )
 YAW_PITCH_ROLL = rf"{YAW}\W+{PITCH}\W+{ROLL}"
 ORIGIN = r"origin|ursprung|nullpunkt|原点|\bp_?0\b"
+CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
 NUMBERS = str.maketrans("123", "XYZ")
 UNDONE = r"\^-1|⁻¹|ᵀ|\^t\b|invers|transp|rück"
 FIXED = (

@@ -1,18 +1,14 @@
 """Right or wrong: every calculation is compared with what is asked for, and repaired for the next ones."""
 
-import re
-from collections import Counter
 from dataclasses import replace
-from itertools import chain, groupby
+from itertools import chain
 
 import numpy as np
 
-from mathpost import euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.meaning.calculation import Turn
-from mathpost.workbook.meaning.nc_table import Words, judge_numbers, on_the_wrong_branch, point_named
+from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.plane_angles import Plane
-from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.graph import Graph
@@ -20,18 +16,13 @@ from mathpost.workbook.sheet.samples import SAMPLES, same
 from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.inputs import angle_in_the_text
 from mathpost.workbook.verdict.labels import read_labels
-from mathpost.workbook.verdict.machine_causes import by_cause, or_else
+from mathpost.workbook.verdict.readings import Readings
 from mathpost.workbook.verdict.sampled import Sampled
+from mathpost.workbook.verdict.tables import Tables
 from mathpost.workbook.verdict.where import Where
 from mathpost.workbook.verdict.why import Why
 
-TO_THE_POINT = (
-    r"(?:applied|rotates?) to the point|point (?:is )?(?:turned|rotated|turns)|punkt (?:wird )?gedreht"
-    r"|auf den punkt|旋转的是点|旋转点"
-)
-RECIPE = r"recipe|method|verfahren|rezept|méthode|方法|transpo|转置|\^ ?T\b|ᵀ|multipl|乘"
 UNEXPLAINED = 5  # results without a repair: beside so many no further repairs are looked for
-SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
 
 
 class Judge(Sampled):
@@ -45,105 +36,60 @@ class Judge(Sampled):
         super().__init__(graph, found)
         self.faults, self.reading, self.unexplained, self.unsure = [], None, [], set()
         self.chained = []  # calculations from what another one may give
+        self.readings = Readings(self)
         self.why = Why(self)
         self.where = Where(self)
 
     def fault(self, place, cause, message):
         return Fault(self.graph.address(place), cause, message, place)
 
-    # The verdict.
-
     def run(self):
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
         planes = [c for c in self.live if isinstance(c, Plane)]
-        self._prepare(planes)
-        self.targets = {p: t for plane in planes for p, t in plane.targets.items()}
-        for plane in planes:  # what their angles turn is judged with right ones
-            self._repair(plane, {})
-        self._choose_the_way([c for c in self.live if isinstance(c, Turn) and c.active is None])
-        self._prepare(self.live)
-        rows = [row for row in self.live if isinstance(row, Words)]
-        for row in rows:  # once more, on the branch that the table is on
-            row.preferred = int(np.argmax(sum(r.votes for r in rows if r.table == row.table)))
-        words = [row for row in self.found.calculations if isinstance(row, Words)]
-        tables = [list(table) for _, table in groupby(words, lambda row: row.table)]
-        for table in (t for t in tables if t[0].point):
-            texts = [*point_named(table, self.now)]
-            self.found.problems += [text + or_else(table, self.graph.own) for text in texts]
-        self._prepare(rows)
+        self._judge_planes(planes)
+        self.prepare(self.live)
+        tables = Tables(self)
+        tables.prepare()
         for calculation in self.live[:]:
             self._drop_if_partial(calculation)
             self._choose(calculation)
-        self._read_the_headings()
+        self.readings.read_the_headings()
         self.targets |= {p: t for c in self.live for p, t in c.targets.items()}
         made = self.graph.trees.keys() - self.inputs.keys()
         self.chained = [c for c in self.live if not made.isdisjoint(c.given)]
         for calculation in [c for c in self.found.calculations if c not in planes][:1]:
             self._compare_the_inputs(calculation)
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
-        if not (said or self.met(self.targets)) and (self.found.is_open or self.found.by == "source 000"):
-            known = (self.found.sequence.upper(),) if self.found.by == "the text" else euler.SEQUENCES
-            self.reading = self._other_reading(self.live, known[not self.found.is_open :])
-            as_asked = self.found.sequence, "active" if self.found.active else "passive"
-            self.reading = None if self.reading == as_asked else self.reading
-        unsure = {*self.unexplained}  # what turns by the angles of a plane that may be none is not repaired
-        for calculation in () if self.reading else [c for c in self.live if c not in planes]:
-            of_unsure = getattr(calculation, "plane", None) in unsure or self._is_of_a_table(calculation)
-            of_unsure |= len(self.unexplained) >= UNEXPLAINED
-            if of_unsure and self.bad(calculation.targets):
-                self.unexplained.append(calculation)
-                continue
-            self._repair(calculation, said)
+        if not said:
+            self.reading = self.readings.left_open()
+        if not self.reading:
+            self._judge_others([c for c in self.live if c not in planes], said)
         for calculation in self.unexplained[:]:
             self._as_a_mistake(calculation)
         for calculation in self.unexplained[:UNEXPLAINED]:
             self._by_a_step(calculation)
-        if self.found.by == "the task" and (other := self._other_reading(self.unexplained, euler.SEQUENCES)):
-            text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
-            for calculation in self.unexplained:
-                self.faults.append(self.fault(calculation.results[0], "other convention", text))
-            self.unexplained = []
-        for place, text in (t[0].exchanged for t in tables if t[0].exchanged):
-            self.faults.append(self.fault(place, "exchanged", f"{self.graph.short(place)}: {text}"))
-        axes = Counter(row.axis for row in words)
-        for table in tables:  # beside its twin a table is on the branch that it shows
-            alone = [row for row in table if axes[row.axis] == 1]
-            wrong = judge_numbers(table, self.graph.own) if table[0].typed else ()
-            for place, cause, message in (*wrong, *on_the_wrong_branch(alone, self.graph.own)):
-                self.faults.append(self.fault(place, cause, f"{self.graph.short(place)}: {message}"))
-        for table in tables:
-            self.faults = by_cause(self.faults, table, self.graph.own)
-        errors = {p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])}
-        errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in self.faults)])
-        for place in (p for p in self.found.sorted(errors) if self.graph.upstream([p]) & errors == {p}):
-            text = f"{self.graph.short(place)} gives no number at this tool axis"
-            self.faults.append(self.fault(place, "wrong value", text))
+        self.readings.name_the_convention()
+        tables.judge_all()
         return self
 
-    def _read_the_headings(self):
-        """Take a result the other way where its heading says so and it is that, beside one that is as asked.
+    def _judge_planes(self, planes):
+        """Judge the angles of planes first: what these turn is judged with right ones."""
+        self.prepare(planes)
+        self.targets = {p: t for plane in planes for p, t in plane.targets.items()}
+        for plane in planes:
+            self._repair(plane, {})
+        self.readings.choose_the_way([c for c in self.live if isinstance(c, Turn) and c.active is None])
 
-        One that is said to be for comparison, and is neither, is set aside.
-        """
-        turns = [c for c in self.live if isinstance(c, Turn) and not c.plane and c.active is not None]
-        off = [turn for turn in turns if len(self.bad(turn.targets)) > 1]
-        for turn in off if len(off) < len(turns) else ():
-            heading = self.found.heading(turn.results)
-            other = re.search(PASSIVE if turn.active else f"{SAID_ACTIVE}|{TO_THE_POINT}", heading, re.I)
-            if other and not re.search(RECIPE, heading, re.I):
-                self._turn_round(turn)
-                if self.met(turn.targets):
-                    continue
-                self._turn_round(turn)
-            if re.search(SET_ASIDE, heading, re.I):
-                self.live.remove(turn)
-                self.found.calculations.remove(turn)
-                self.found.doubts[turn.results] = f"{self.graph.range(turn.results)}: said to be for comparison"
-
-    def _turn_round(self, turn):
-        turn.active, way = not turn.active, ("passive", "active")[:: 1 if turn.active else -1]
-        turn.said = turn.said.replace(*way)
-        self._prepare([turn])
+    def _judge_others(self, calculations, said):
+        """Judge each calculation; what turns by the angles of a plane that may be none is not repaired."""
+        unsure = {*self.unexplained}
+        for calculation in calculations:
+            of_unsure = getattr(calculation, "plane", None) in unsure or self._is_of_a_table(calculation)
+            of_unsure |= len(self.unexplained) >= UNEXPLAINED
+            if of_unsure and self.bad(calculation.targets):
+                self.unexplained.append(calculation)
+            else:
+                self._repair(calculation, said)
 
     def _is_of_a_table(self, calculation):
         """Whether another row of its table could not be explained."""
@@ -152,18 +98,7 @@ class Judge(Sampled):
         same_table = [p for p in rows if self.graph.component[p] is self.graph.component[place]]
         return self.graph.form(place) in {self.graph.form(p) for p in same_table} - {None}
 
-    def _choose_the_way(self, turns):
-        """Take points into their plane or out of it, whichever more of them are."""
-        right = {}
-        for active in (True, False):
-            for turn in turns:
-                turn.active = active
-            self._prepare(turns)
-            right[active] = sum(len(turn.targets) - len(self.bad(turn.targets)) for turn in turns)
-        for turn in turns:
-            turn.active = right[True] > right[False]
-
-    def _prepare(self, calculations):
+    def prepare(self, calculations):
         for calculation in calculations:
             calculation.prepare({p: self.now(p) for p in calculation.read}, self.units)
 
@@ -181,22 +116,6 @@ class Judge(Sampled):
                     cause = "sign" if abs(number + wanted) <= half else cause
                     text = f"{self.graph.short(place)} is {number:.6g}, {by} says {wanted:.6g}"
                     self.faults.append(self.fault(place, cause, text))
-
-    def _other_reading(self, calculations, sequences):
-        """The sequence and convention, other than those asked for, that all results are of, or None."""
-        turns = [c for c in calculations if isinstance(c, Turn) and not (c.axis or c.plane)]
-        readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
-        for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
-            for turn in turns:
-                turn.sequence, turn.active = sequence, active != turn.back
-            if all(self._is_met(turn) for turn in turns):
-                return sequence, "active" if active else "passive"
-        self._prepare(turns)
-        return None
-
-    def _is_met(self, calculation):
-        self._prepare([calculation])
-        return self.met(calculation.targets)
 
     def _repair(self, calculation, said):
         """Put in the right things, one after the other, until the results are right."""
@@ -224,7 +143,7 @@ class Judge(Sampled):
             if found is None:
                 break
             self.put(found)
-            self._prepare(later)
+            self.prepare(later)
             self.targets.update(chain.from_iterable(c.targets.items() for c in later))
         self.faults[first:] = _one_convention(self.faults[first:])
 
@@ -256,7 +175,7 @@ class Judge(Sampled):
     def _choose(self, last):
         """Take vectors on the way that are right, but for one cell, in place of what only follows from them."""
         steps = self.steps(last)
-        self._prepare(steps)
+        self.prepare(steps)
         right = [s for s in steps if len(self.bad(s.targets)) <= 1]
         if right and len(self.bad(last.targets)) > 1:
             before = {p for s in steps for p in self.graph.upstream(s.results) - set(s.results)}
@@ -299,7 +218,7 @@ class Judge(Sampled):
         targets = {p: t for p, t in self.targets.items() if p not in last.targets}
         for step in self.steps(last)[::-1]:
             before = self.faults[:], self.unexplained[:]
-            self._prepare([step])
+            self.prepare([step])
             self.targets = targets | step.targets
             self._repair(step, {})
             if step not in self.unexplained:

@@ -1,0 +1,70 @@
+"""What the headings of a table of NC words say: which letter a column is of, and whose data it holds."""
+
+import re
+import unicodedata
+
+PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
+MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
+OF_CL = re.compile(r"(?<![a-z])(?:cl|apt|tip|part|workpiece|wcs|werkstück)(?![a-z])|刀位|刀尖")
+UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
+
+
+def side(graph, sheet, first, number):
+    """Whose data a column holds by its headings, or by the nearest to the left of each: "nc", "cl", or nothing."""
+    for line in range(first - 1, max(first - 4, 0), -1):
+        cells = (graph.cells.get((sheet, line, n)) for n in range(number, 0, -1))
+        text = next((normal(cell.value) for cell in cells if cell and isinstance(cell.value, str)), "")
+        names = [name for name, pattern in (("nc", MACHINE), ("cl", OF_CL)) if pattern.search(text)]
+        if len(names) == 1:
+            return names[0]
+    return ""
+
+
+def normal(text):
+    """A text in small letters and plain signs."""
+    return unicodedata.normalize("NFKC", text).strip().lower()
+
+
+def letters_of(heading):
+    """The letters that a heading names, as in "a", "x_nc", "刀轴i", "px", "ti" or "zm"."""
+    said = UNIT.sub("", heading).strip()
+    if re.fullmatch("[a-z]", said):
+        return {said: PLAIN}
+    named = re.findall(r"(?<![a-z])(?:(?:tip|axis|tool|ax|[ptnev])(?=[xyzijk]))?([a-z])(?![a-z0-9])", said)
+    named += re.findall(r"(?<![a-z])([xyz])(?:cl|nc|mcs|wcs|[a-z])(?![a-z])", said)
+    return dict.fromkeys(named, PLAIN if MACHINE.search(said) else AMONG_OTHERS)
+
+
+def stand_apart(tip, axis, words):
+    """Whether the tip stands beside the rotary words, and X Y Z beside the tool axis, as the other way round."""
+
+    def near(part, other):
+        return min((abs(a - b) for a in part for b in other), default=0) == 1
+
+    linear, rotary = words[-5:-2], words[-2:]
+    return near(tip, rotary) and near(linear, axis) and not (near(tip, axis) or near(linear, rotary))
+
+
+def headings_exchanged(graph, kinematics, tip, axis, words, apart=False):
+    """The first cell under the heading of another column, or that is made of such, and what is said there."""
+    names = "".join(name[0].lower() for name in kinematics.machine.joint_names)
+    said = [{c.said for c in part} for part in (tip, words[-5:-2])]
+    if said == [{"nc"}, {"cl"}] or (apart and said[0] == said[1] == {""}):
+        return words[0].places[0], "the headings say that this is the tip, and that the tip is X Y Z: exchanged"
+    parts = (
+        (tip, "xyz"),
+        (axis, "ijk"),
+        (axis, "uvw"),
+        (axis, "xyz"),
+        (words[-5:-2], names[:3]),
+        (words[-2:], names[3:]),
+    )
+    for part, letters in parts:
+        said = ["".join(column.letters) for column in part]
+        if sorted(said) == sorted(letters) and said != [*letters]:
+            k = next(k for k in range(len(said)) if said[k] != letters[k])
+            place = part[k].places[0]
+            made = [p for column in words for p in column.places[:1] if place in graph.upstream([p])]
+            text = f"{letters[k]} stands under the heading {said[k]}: exchanged"
+            return next(iter(made), place) if part[k].typed else place, text
+    return ()

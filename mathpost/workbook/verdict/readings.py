@@ -1,0 +1,91 @@
+"""Which rotation a sheet means where its texts, or its headings, leave open or change what the task asks for."""
+
+import re
+
+from mathpost import euler
+from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
+
+TO_THE_POINT = (
+    r"(?:applied|rotates?) to the point|point (?:is )?(?:turned|rotated|turns)|punkt (?:wird )?gedreht"
+    r"|auf den punkt|旋转的是点|旋转点"
+)
+RECIPE = r"recipe|method|verfahren|rezept|méthode|方法|transpo|转置|\^ ?T\b|ᵀ|multipl|乘"
+SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
+
+
+class Readings:
+    """Compare the rotations of a `Judge` with other sequences, and with the other convention."""
+
+    def __init__(self, judge):
+        self.judge, self.graph, self.found = judge, judge.graph, judge.found
+
+    def choose_the_way(self, turns):
+        """Take points into their plane or out of it, whichever more of them are."""
+        right = {}
+        for active in (True, False):
+            for turn in turns:
+                turn.active = active
+            self.judge.prepare(turns)
+            right[active] = sum(len(turn.targets) - len(self.judge.bad(turn.targets)) for turn in turns)
+        for turn in turns:
+            turn.active = right[True] > right[False]
+
+    def read_the_headings(self):
+        """Take a result the other way where its heading says so and it is that, beside one that is as asked.
+
+        One that is said to be for comparison, and is neither, is set aside.
+        """
+        turns = [c for c in self.judge.live if isinstance(c, Turn) and not c.plane and c.active is not None]
+        off = [turn for turn in turns if len(self.judge.bad(turn.targets)) > 1]
+        for turn in off if len(off) < len(turns) else ():
+            heading = self.found.heading(turn.results)
+            other = re.search(PASSIVE if turn.active else f"{SAID_ACTIVE}|{TO_THE_POINT}", heading, re.I)
+            if other and not re.search(RECIPE, heading, re.I):
+                self._turn_round(turn)
+                if self.judge.met(turn.targets):
+                    continue
+                self._turn_round(turn)
+            if re.search(SET_ASIDE, heading, re.I):
+                self.judge.live.remove(turn)
+                self.found.calculations.remove(turn)
+                self.found.doubts[turn.results] = f"{self.graph.range(turn.results)}: said to be for comparison"
+
+    def _turn_round(self, turn):
+        turn.active, way = not turn.active, ("passive", "active")[:: 1 if turn.active else -1]
+        turn.said = turn.said.replace(*way)
+        self.judge.prepare([turn])
+
+    def left_open(self):
+        """The sequence and convention that all results are of, where no text settles it; None if as asked."""
+        if self.judge.met(self.judge.targets) or not (self.found.is_open or self.found.by == "source 000"):
+            return None
+        known = (self.found.sequence.upper(),) if self.found.by == "the text" else euler.SEQUENCES
+        reading = self._other(self.judge.live, known[not self.found.is_open :])
+        as_asked = self.found.sequence, "active" if self.found.active else "passive"
+        return None if reading == as_asked else reading
+
+    def name_the_convention(self):
+        """Results without a repair that are all of another convention than the task's are faults of that name."""
+        other = self._other(self.judge.unexplained, euler.SEQUENCES) if self.found.by == "the task" else None
+        if other:
+            text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
+            for calculation in self.judge.unexplained:
+                self.judge.faults.append(self.judge.fault(calculation.results[0], "other convention", text))
+            self.judge.unexplained = []
+
+    def _other(self, calculations, sequences):
+        """The sequence and convention, other than those asked for, that all results are of, or None."""
+        turns = [c for c in calculations if isinstance(c, Turn) and not (c.axis or c.plane)]
+        readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
+        for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
+            for turn in turns:
+                turn.sequence, turn.active = sequence, active != turn.back
+            if all(self._is_met(turn) for turn in turns):
+                return sequence, "active" if active else "passive"
+        self.judge.prepare(turns)
+        return None
+
+    def _is_met(self, calculation):
+        self.judge.prepare([calculation])
+        return self.judge.met(calculation.targets)

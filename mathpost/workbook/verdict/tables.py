@@ -1,0 +1,47 @@
+"""Tables of NC words: the branch and the point that a whole table has, and what is wrong in typed words."""
+
+from collections import Counter
+from itertools import groupby
+
+import numpy as np
+
+from mathpost.workbook.meaning.nc_table import Words, judge_numbers, on_the_wrong_branch, point_named
+from mathpost.workbook.verdict.machine_causes import by_cause, or_else
+
+
+class Tables:
+    """The tables of NC words that a `Judge` judges; each row is a calculation of its own."""
+
+    def __init__(self, judge):
+        self.judge, self.graph, self.found = judge, judge.graph, judge.found
+        self.rows = [row for row in judge.live if isinstance(row, Words)]
+        self.words = [row for row in judge.found.calculations if isinstance(row, Words)]
+        self.tables = [list(table) for _, table in groupby(self.words, lambda row: row.table)]
+
+    def prepare(self):
+        """Prepare the rows once more, on the branch that their table is on, with the point that it names."""
+        for row in self.rows:
+            row.preferred = int(np.argmax(sum(r.votes for r in self.rows if r.table == row.table)))
+        for table in (t for t in self.tables if t[0].point):
+            texts = [*point_named(table, self.judge.now)]
+            self.found.problems += [text + or_else(table, self.graph.own) for text in texts]
+        self.judge.prepare(self.rows)
+
+    def judge_all(self):
+        """Add the faults of headings, branches and typed words, and name what was done to the whole table."""
+        judge, own, short = self.judge, self.graph.own, self.graph.short
+        for place, text in (t[0].exchanged for t in self.tables if t[0].exchanged):
+            judge.faults.append(judge.fault(place, "exchanged", f"{short(place)}: {text}"))
+        axes = Counter(row.axis for row in self.words)
+        for table in self.tables:  # beside its twin a table is on the branch that it shows
+            alone = [row for row in table if axes[row.axis] == 1]
+            wrong = judge_numbers(table, own) if table[0].typed else ()
+            for place, cause, message in (*wrong, *on_the_wrong_branch(alone, own)):
+                judge.faults.append(judge.fault(place, cause, f"{short(place)}: {message}"))
+        for table in self.tables:
+            judge.faults = by_cause(judge.faults, table, own)
+        errors = {p for row in self.rows for p in row.results if p in self.graph.trees and np.isnan(own[p])}
+        errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in judge.faults)])
+        for place in (p for p in self.found.sorted(errors) if self.graph.upstream([p]) & errors == {p}):
+            text = f"{short(place)} gives no number at this tool axis"
+            judge.faults.append(judge.fault(place, "wrong value", text))
