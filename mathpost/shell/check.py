@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
         report = workbook.check_file(options.path, task)
         print(report)
         if options.why is not None:
-            known = report.explain(options.why) if report.explain else ["numbers without formulas: see above"]
+            known = report.explain(options.why) if report.explain else ["nothing was judged"]
             print("\n".join(known))
         if options.marked is not None:
             workbook.mark(report, options.marked)

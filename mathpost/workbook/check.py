@@ -1,6 +1,7 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
 import re
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from mathpost.workbook.task import Task
 from mathpost.workbook.verdict.beside import Beside
 from mathpost.workbook.verdict.inputs import doubts_of_inputs
 from mathpost.workbook.verdict.judge import Judge
-from mathpost.workbook.verdict.reason import reason
+from mathpost.workbook.verdict.reason import reason, reason_of_number
 from mathpost.workbook.verdict.values import check_values
 
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
@@ -82,12 +83,7 @@ def _checked(path, task):
     results = {graph.address(p) for c in found.calculations for p in c.results}
     right = {cell.cell for cell in report.cells if cell.status == RIGHT}
     status = {cell.place: cell.status for cell in report.cells}
-
-    def explain(text):
-        (place, *_) = graph.named("why", text).places
-        return reason(judge, others, place, status.get(place))
-
-    report.explain = explain
+    report.explain = _explainer(graph, status, partial(reason, judge, others))
     report.beside = not (report.faults or unclear) and report.verdict == UNCLEAR and results <= right
     return report
 
@@ -175,13 +171,25 @@ def _warnings(judge, lost):
 
 
 def _by_values(graph, found):
-    statuses, faults, seen = check_values(graph, found)
-    results_right = not faults and RIGHT in statuses.values()
+    values = check_values(graph, found)
+    statuses = values.statuses
+    results_right = not values.faults and RIGHT in statuses.values()
     if statuses:  # a formula is not looked at there
         statuses = dict.fromkeys(graph.trees.keys() - graph.messages, UNCLEAR) | statuses
-    report = _report(graph, statuses, faults, seen, [LUCKY])
+    report = _report(graph, statuses, values.faults, values.seen, [LUCKY])
     report.beside = results_right and report.verdict == UNCLEAR
+    report.explain = _explainer(graph, statuses, partial(reason_of_number, graph, values))
     return report
+
+
+def _explainer(graph, statuses, reason):
+    """The function that says of a cell, by its address, which rule judged it."""
+
+    def explain(text):
+        (place, *_) = graph.named("why", text).places
+        return reason(place, statuses.get(place))
+
+    return explain
 
 
 def _report(graph, statuses, faults, seen, warnings, unclear=False):

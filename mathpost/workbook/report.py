@@ -54,7 +54,7 @@ class FileReport:
         Whether all results are right, and only cells beside them are not checked.
     explain : callable or None
         ``explain("B5")`` returns lines on the rule that judged a cell, and the values that it used; None where
-        nothing was calculated.
+        the workbook is too large.
     """
 
     path: Path

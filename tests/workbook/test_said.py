@@ -205,6 +205,37 @@ def test_the_rule_that_judged_a_cell(cell, rule, capsys):
     assert any(line.startswith(f"ZXZ!{cell} is ") for line in said) and rule in said[-1]
 
 
+@pytest.mark.parametrize(
+    ("cells", "cell", "rule"),
+    [
+        ({"B26": "=SQRT(SUMSQ(E3:E5))"}, "B26", "a number that follows from right results"),
+        ({"B26": "=E3*E20+7"}, "B26", "it is no number, and of no vector"),
+        ({"B26": "=E3*H20"}, "B26", "it refers to an empty cell"),
+        (
+            {"G20": "=(E3+E20)/2", "G21": "=(E4+E21)/2", "G22": "=(E5+E22)/2"},
+            "G21",
+            "a vector that follows from right results",
+        ),
+        ({"B26": "=1/0"}, "B26", "it shows an error"),
+        ({"E21": "=1*E22"}, "E20", "compared as a function of angles Sheet1!B3:B5, point Sheet1!E3:E5"),
+    ],
+)
+def test_the_rule_that_judged_what_stands_beside(cells, cell, rule, tmp_path):
+    (title, right), *_ = SHEETS["u001"]["sheets"].items()
+    workbook(SHEETS["u001"] | {"sheets": {title: right | cells}}).save(tmp_path / "sheet.xlsx")
+    assert rule in check_file(tmp_path / "sheet.xlsx").explain(cell)[-1]
+
+
+def test_the_rule_that_judged_a_number(tmp_path):
+    (cells,) = SHEETS["u030"]["sheets"].values()
+    workbook(SHEETS["u030"] | {"sheets": {"Abgabe": cells | {"F11": 9.448}}}).save(tmp_path / "sheet.xlsx")
+    explain = check_file(tmp_path / "sheet.xlsx").explain
+    wanted, rule = explain("F11")[-2:]
+    assert float(wanted.split()[3]) == pytest.approx(-9.448, abs=1e-3)  # as the author's sheet has it
+    assert "Abgabe!B11:D11 turned by the angles Abgabe!B2:B4" in rule
+    assert explain("B2")[-1] == "rule: it is given" and "under no heading" in explain("B6")[-1]
+
+
 def test_what_is_not_judged_is_said_in_one_of_two_sentences(tmp_path):
     (title, cells), *_ = SHEETS["u001"]["sheets"].items()
     pages = (

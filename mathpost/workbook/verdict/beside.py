@@ -12,13 +12,22 @@ from mathpost.workbook.verdict.known import Known
 from mathpost.workbook.verdict.labelled import Labelled
 from mathpost.workbook.verdict.scope import Scope
 
+# Why a cell is not judged, what is said first counts.
+UNLIKE_AROUND = "it is a number that follows from right results, but breaks what the cells around it do"
+UNLIKE_LABEL = "it is not what its label says"
+UNLIKE_TEXT = "it is a vector that follows from right results, but another one than a text or its row says"
+TAKES_NOTHING = "it refers to an empty cell"
+COMPOSED = "it makes an angle of other numbers, and the task does not say how"
+POINT = "it makes a point or an origin of other numbers, and the task does not say how"
+UNKNOWN = "it is no number, and of no vector, that follows from right results"
+
 
 class Beside:
     """Judge what is left once a `Judge` has judged the calculations.
 
     `places` are all cells to judge, `unjudged` those that could not be: no result needs them, and they are nothing
-    that is known, or the `doubtful`, which are not what their place or a text says. `rules` has the sentence that
-    told what each of the others is. A slip that is found is added to the judge's faults.
+    that is known, or not what their place or a text says. `rules` has the sentence that told each cell, whether it
+    is right or not judged. A slip that is found is added to the judge's faults.
     """
 
     def __init__(self, judge):
@@ -32,17 +41,23 @@ class Beside:
         numbers = BesideNumbers(judge, self.known, self.places)
         for each in (around, labelled) if not judge.unexplained else ():
             judge.faults += each.faults(rest)
-        self.doubtful = around.doubtful | labelled.doubtful | set(filter(self.known.takes_nothing, rest))
-        self.doubtful |= set(filter(self._takes_an_empty_cell, self.places))
+        doubts = [
+            (UNLIKE_AROUND, around.doubtful),
+            (UNLIKE_LABEL, labelled.doubtful),
+            (TAKES_NOTHING, set(filter(self.known.takes_nothing, rest))),
+            (TAKES_NOTHING, set(filter(self._takes_an_empty_cell, self.places))),
+        ]
         rest -= vectors.judged(rest)
-        self.doubtful |= vectors.doubtful
         judge.faults += labelled.compared(rest)
         composed = numbers.composed()
         unknown = numbers.unknown(rest - composed)
         own = judge.faults[before:]
         judge.faults[before:] = sorted(own, key=lambda fault: self.graph.calculation_order(fault.place))
+        doubts += [(UNLIKE_TEXT, vectors.doubtful), (COMPOSED, composed), (POINT, self._computed_points())]
+        doubts.append((UNKNOWN, unknown))
+        self.unjudged = set().union(*(places for _, places in doubts))
         self.rules = vectors.rules | numbers.rules
-        self.unjudged = unknown | self.doubtful | composed | self._computed_points()
+        self.rules |= {place: rule for rule, places in doubts[::-1] for place in places}
 
     def _takes_an_empty_cell(self, place):
         """Whether a formula takes a cell in which nothing is: a constant that is 0 may hide that it is a slip."""

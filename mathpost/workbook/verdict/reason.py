@@ -1,6 +1,10 @@
 """Which rule gave the verdict of a cell, and the values that it used."""
 
+import numpy as np
+
 from mathpost.workbook.sheet.tree import text_of
+
+NUMBER = "it is a number without a formula that stands under no heading of a result: not looked at"
 
 
 def reason(judge, others, place, status):
@@ -29,6 +33,8 @@ def reason(judge, others, place, status):
     used = [p for p in graph.uses.get(place, ()) if graph.own.get(p) is not None][:9]
     used = [f"{graph.address(p)} = {graph.own[p]:.9g}" for p in used]
     lines += [f"it uses {', '.join(used)}"] * bool(used)
+    should, *_ = judge.fixed.get(place, [np.nan])
+    lines += [f"it should be {should:.9g} at these inputs"] * bool(np.isfinite(should))
     lines += [f"rule: a fault, {each.cause}: {each.message}" for each in judge.faults if each.place == place]
     result = next((c for c in found.calculations if place in c.results), None)
     needed = graph.upstream(p for c in found.calculations for p in c.results)
@@ -36,25 +42,40 @@ def reason(judge, others, place, status):
         return lines
     if result is not None:
         asked = f", asked for at these inputs: {judge.targets[place][0]:.9g}" if place in judge.targets else ""
-        given = f"angles {graph.range(result.angles)}" if result.angles else "its inputs"
-        given += f", point {graph.range(result.point)}" if result.point else ""
-        rule = f"it is a result, compared as a function of {given}{asked}"
+        parts = {name: getattr(result, name) for name in ("angles", "axis", "point", "origin")}
+        given = [f"{name} {graph.range(cells)}" for name, cells in parts.items() if cells]
+        given = given or [f"directions {' '.join(graph.ranges(result.given))}"]
+        rule = f"it is a result, compared as a function of {', '.join(given)}{asked}"
     elif place in graph.aside:
         rule = "it is apart from all rotations, among too many cells to judge"
     elif place in graph.errors:
         rule = "it shows an error, or a text where others have numbers"
     elif status == "consequence":
         before = [each.cell for each in judge.faults if place in graph.downstream([each.place])]
-        rule = f"it follows from {', '.join(before[:3])}"
+        rule = f"it follows from {', '.join(before[:3])}" if before else "it is repaired together with a wrong cell"
     elif place in judge.inputs:
         rule = "it is given, and was varied at random"
-    elif place in others.unjudged:
-        rule = "no result needs it, and it is nothing that follows from right ones, or not what its place says"
+    elif place in others.rules:
+        rule = f"no result needs it; {others.rules[place]}" if place not in needed else others.rules[place]
     elif place in needed and place in graph.trees:
         ends = [p for c in found.calculations for p in c.results if place in graph.upstream([p])]
         rule = f"it is on the way to {', '.join(map(graph.address, ends[:3]))}, right as functions"
     elif status:
-        rule = "no result needs it, and it is a number or of a vector that follows from right ones"
+        rule = "it is an array's part, or a number that no formula uses, like a right one"
     else:
         rule = "it is no number that follows from the inputs"
     return [*lines, f"rule: {rule}"]
+
+
+def reason_of_number(graph, values, place, status):
+    """Return the lines of `reason` on a cell of a sheet of numbers, by its `Values`."""
+    lines = [f"{graph.address(place)} is {graph.own.get(place)}: {status or 'no cell to judge'}"]
+    if place not in values.asked:
+        return [*lines, f"rule: {'it is given' if place in values.given else NUMBER}"]
+    wanted, *given = values.asked[place]
+    angles, point = map(graph.range, given)
+    return [
+        *lines,
+        f"it should be {wanted:.9g} at these inputs",
+        f"rule: it is a result by its heading, compared to its digits with {point} turned by the angles {angles}",
+    ]

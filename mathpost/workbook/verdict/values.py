@@ -4,6 +4,7 @@ What stands between them is listed, not judged. A slip that is lucky at these nu
 """
 
 import re
+from dataclasses import dataclass, field
 from itertools import count, permutations, product
 
 import numpy as np
@@ -20,24 +21,34 @@ CALCULATED = 3  # decimals that nobody gives
 KINDS = ("angle", "coordinate", "outcome")
 
 
-def check_values(graph, found):
-    """Judge the results of a sheet of numbers: place → status, empty if there are none; the faults; what was seen.
+@dataclass
+class Values:
+    """What a check of numbers says: place → status, empty if there is no result; the faults; what was seen.
 
-    `found` is the `Recognised` workbook.
+    `asked` has what a result should be, and the places of angles and point; `given` are places of inputs.
     """
+
+    statuses: dict = field(default_factory=dict)
+    faults: list = field(default_factory=list)
+    seen: list = field(default_factory=list)
+    asked: dict = field(default_factory=dict)
+    given: set = field(default_factory=set)
+
+
+def check_values(graph, found):
+    """Return the `Values` of a sheet of numbers, of which `found` is the `Recognised` workbook."""
     blocks = _inputs_and_results(graph, found.task.cells)
-    statuses, faults, given = {}, [], {place for role, place in blocks if role.kind != "outcome"}
+    values = Values(given={place for role, place in blocks if role.kind != "outcome"})
     for angles, point, result in _calculations(graph, blocks):
-        more, wrong = _judged(graph, found, angles, point, result)
-        statuses |= more
-        faults += wrong
-        given.update(angles, point)
-    if statuses:
-        for place in graph.component.keys() - given - statuses.keys():
+        values.given.update(angles, point)
+        _judge(graph, found, values, angles, point, result)
+    if values.statuses:
+        for place in graph.component.keys() - values.given - values.statuses.keys():
             value = graph.value(place)
             if value is None or written_decimals(value) >= CALCULATED:
-                statuses[place] = UNCLEAR
-    return statuses, faults, [f"{graph.address(place)}: {role}" for role, place in blocks] if statuses else []
+                values.statuses[place] = UNCLEAR
+        values.seen = [f"{graph.address(place)}: {role}" for role, place in blocks]
+    return values
 
 
 def _calculations(graph, blocks):
@@ -52,38 +63,41 @@ def _calculations(graph, blocks):
                     yield threes
 
 
-def _judged(graph, found, angles, point, result):
-    """Status by place of three results, and the faults.
+def _judge(graph, found, values, angles, point, result):
+    """Judge three results.
 
-    Results that are all off are wrong where a slip explains them; else who knows what they are.
+    Those that are all off are wrong where a slip explains them; else who knows what they are.
     """
     given = [graph.value(place) for place in (*angles, *point)]
     if None in given:
-        return dict.fromkeys(result, UNCLEAR), []
+        values.statuses |= dict.fromkeys(result, UNCLEAR)
+        return
     units = [1.0 if re.search(IN_RADIANS, found.label(p), re.I) else np.pi / 180 for p in angles]
     radians = np.array(given[:3]) * units
     matrix = _matrix(found, radians)
-    point = np.array(given[3:]) - (found.task.origin or (0, 0, 0))
-    right, cells = matrix @ point, [graph.cells.get(place, EMPTY) for place in result]
+    vector = np.array(given[3:]) - (found.task.origin or (0, 0, 0))
+    right, cells = matrix @ vector, [graph.cells.get(place, EMPTY) for place in result]
+    values.asked |= {place: (value, angles, point) for place, value in zip(result, right, strict=True)}
     written, size = [cell.number for cell in cells], np.linalg.norm(right)
 
-    def status(number, n, vector=right):
+    def status(number, n, wanted=right):
         if number is None:  # a text is wrong, an empty cell or a formula that was not read is not judged
             return UNCLEAR if cells[n].value is None or cells[n].formula else WRONG
-        return _status(number, vector[n], size)
+        return _status(number, wanted[n], size)
 
     statuses = {place: status(number, n) for n, (place, number) in enumerate(zip(result, written, strict=True))}
     wrong = [n for n, place in enumerate(result) if statuses[place] == WRONG]
     fits = (
         slip
-        for slip in _slips(found, radians, point)
+        for slip in _slips(found, radians, vector)
         if all(status(each, n, slip[2]) == RIGHT for n, each in enumerate(written))
     )
     cause, text, _ = next(fits, ("", "", None)) if len(wrong) > 1 else ("", "", None)
     said = found.by != "source 000" or cause != "other convention"
     if len(wrong) == 3 and not (cause and said) and None not in written:
-        return dict.fromkeys(result, UNCLEAR), []
-    faults = []
+        values.statuses |= dict.fromkeys(result, UNCLEAR)
+        return
+    values.statuses |= statuses
     for n in wrong:
         short, number = graph.short(result[n]), written[n]
         if number is None:
@@ -93,8 +107,7 @@ def _judged(graph, found, angles, point, result):
         else:
             cause = "sign" if _status(-number, right[n], size) == RIGHT else "wrong value"
             message = f"{short} is {number:.6g}, should be {right[n]:.6g}"
-        faults.append(Fault(graph.address(result[n]), cause, message, result[n]))
-    return statuses, faults
+        values.faults.append(Fault(graph.address(result[n]), cause, message, result[n]))
 
 
 def _matrix(found, radians):
