@@ -1,8 +1,11 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
+from __future__ import annotations
+
 import re
 from functools import partial
 from itertools import product
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +33,7 @@ LUCKY = "numbers without formulas: that they are right by luck cannot be exclude
 
 
 @np.errstate(all="ignore")  # a cell may hold what is no number
-def check_file(path, task=None):
+def check_file(path: str | PathLike[str], task: Task | None = None) -> FileReport:
     """Check a spreadsheet by its formulas.
 
     Every formula of all sheets is evaluated at random inputs, so that a sheet is right only as a function, not at

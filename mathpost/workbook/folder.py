@@ -1,12 +1,17 @@
 """A class of files: one line for each in a table, as text, CSV or HTML; and copies with coloured cells."""
 
+from __future__ import annotations
+
 import io
 import os
 import re
 import zipfile
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import openpyxl
 from openpyxl.comments import Comment
@@ -21,6 +26,10 @@ from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, html_table
 from mathpost.workbook.sheet.file import read
 from mathpost.workbook.sheet.safety import MEGABYTE, inspect
 
+if TYPE_CHECKING:
+    from mathpost.workbook.report import FileReport
+    from mathpost.workbook.task import Task
+
 DAMAGED = "not read"
 SUFFIXES = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et", ".csv", ".xlsx.part"}
 MARKED_LIMIT = 4 * MEGABYTE
@@ -28,12 +37,12 @@ HEADS = {
     "en": ("file", "verdict", "checked", "first wrong cell", "cause", "why"),
     "zh": ("文件", "结论", "已检查", "第一个错误单元格", "原因", "说明"),
 }
-CHINESE = """right=正确 wrong=错误 unclear=未能判定 not_read=无法读取 wrong_reference=引用错误 missing_$=缺少$
+IN_CHINESE = """right=正确 wrong=错误 unclear=未能判定 not_read=无法读取 wrong_reference=引用错误 missing_$=缺少$
 typed_over_formula=公式被数字覆盖 degrees_for_radians=角度未化为弧度 radians_for_degrees=弧度误作角度
 atan2_order=ATAN2参数顺序 atan_for_atan2=应为ATAN2 sign=符号 transposed=转置 order_of_product=矩阵乘积顺序
 sin_and_cos_exchanged=正弦余弦互换 rounded_early=过早取整 missing_term=缺少一项 wrong_angle=角度用错 branch=另一分支
 wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset=恒定偏移 half_angle=半角 wrong_value=数值错误"""
-CHINESE = dict(pair.replace("_", " ").split("=") for pair in CHINESE.split())
+CHINESE = dict(pair.replace("_", " ").split("=") for pair in IN_CHINESE.split())
 
 
 @dataclass(frozen=True)
@@ -48,29 +57,29 @@ class Summary:
     language: str = "en"
 
     @property
-    def status(self):
+    def status(self) -> int:
         """The exit status: 2 if a file was not read or not judged, 1 if one is wrong, else 0."""
         verdicts = {row[1] for row in self.rows}
         return 2 if verdicts & {DAMAGED, UNCLEAR} else int(WRONG in verdicts)
 
     @property
-    def table(self):
+    def table(self) -> list[tuple[str, ...]]:
         """Head and rows in the language asked for."""
         say = CHINESE if self.language == "zh" else {}
         return [HEADS[self.language], *(tuple(say.get(text, text) for text in row) for row in self.rows)]
 
-    def __str__(self):
+    def __str__(self) -> str:
         widths = [max(_width(row[n]) for row in self.table) for n in range(5)]
         padded = [[row[n] + " " * (widths[n] - _width(row[n])) for n in range(5)] + [row[5]] for row in self.table]
         counts = Counter(row[1] for row in self.table[1:])
         total = ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items()))
         return "\n".join([*("  ".join(row).rstrip() for row in padded), total])
 
-    def to_csv(self):
+    def to_csv(self) -> str:
         """Return the table as CSV, with a mark that tells spreadsheet programs the encoding."""
         return csv_text(self.table)
 
-    def to_html(self):
+    def to_html(self) -> str:
         """Return the table as a page."""
         return f"<!DOCTYPE html><meta charset='utf-8'><title>mathpost check</title>{self._repr_html_()}\n"
 
@@ -84,7 +93,15 @@ def _width(text):
     return sum(2 if ord(character) > 0x2E80 else 1 for character in text)
 
 
-def check_folder(folder, task=None, *, marked=None, language="en", progress=None, judged=None):
+def check_folder(
+    folder: str | PathLike[str],
+    task: Task | None = None,
+    *,
+    marked: str | PathLike[str] | None = None,
+    language: str = "en",
+    progress: Callable[[int, int, Path], object] | None = None,
+    judged: Callable[[tuple, FileReport | None], object] | None = None,
+) -> Summary:
     """Return the `Summary` of all spreadsheets of a folder and the folders in it.
 
     Parameters
@@ -108,7 +125,8 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
     OutputError
         If a marked copy cannot be written.
     """
-    folder, rows = Path(folder), []
+    folder = Path(folder)
+    rows: list[tuple[str, ...]] = []
     if not folder.is_dir():
         raise InputError(str(folder), "a folder", "none")
     paths = [path for path in sorted(folder.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
@@ -148,7 +166,7 @@ def _marked(report, out):
     return ""
 
 
-def row_of(report):
+def row_of(report: FileReport) -> tuple[str, str, str, str, str]:
     """Return what a row of a `Summary` says of a file, without its name."""
     first = report.faults[0] if report.faults else None
     why = first.message if first else "; ".join(report.seen[: report.verdict == UNCLEAR])
@@ -158,7 +176,7 @@ def row_of(report):
     return report.verdict, f"{report.checked} of {report.total}", *found, why.strip()
 
 
-def mark(report, out):
+def mark(report: FileReport, out: str | PathLike[str]) -> None:
     """Write a copy of the workbook of a `FileReport` to `out`: its cells coloured, notes on what is wrong.
 
     Calculated values and the comments in the sheet are kept; folders are made; the original is never written.

@@ -1,6 +1,9 @@
 """What a check of one file reports: a verdict, every cell that was judged, and why the first wrong one is wrong."""
 
+from __future__ import annotations
+
 import html
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -29,7 +32,7 @@ class Fault:
     message: str
     place: tuple = ()
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.cell}: {self.cause}: {self.message}"
 
 
@@ -70,16 +73,16 @@ class FileReport:
     checked = property(lambda self: sum(cell.status != UNCLEAR for cell in self.cells))
 
     @property
-    def first(self):
+    def first(self) -> Judgement | None:
         """The judgement of the first wrong cell, or None."""
         return next((cell for cell in self.cells if self.faults and cell.cell == self.faults[0].cell), None)
 
     @property
-    def status(self):
+    def status(self) -> int:
         """The exit status of the shell: 0, 1 or 2."""
         return (RIGHT, WRONG, UNCLEAR).index(self.verdict)
 
-    def __str__(self):
+    def __str__(self) -> str:
         lines = [f"{self.path.name}: {self.verdict}, checked {self.checked} of {self.total}"]
         lines += [f"{'wrong as well' if n else 'first wrong'}: {fault}" for n, fault in enumerate(self.faults[:6])]
         lines += [f"… and {len(self.faults) - 6} more"] * (len(self.faults) > 6)
@@ -97,7 +100,7 @@ class FileReport:
         return f"<p>{summary}</p>" + html_table(("cell", "cause", "why"), rows) * bool(rows)
 
 
-def html_table(head, rows):
+def html_table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     """A table, each row in the colour of the status that it begins with, which is not shown."""
     lines = [f"<tr>{''.join(f'<th>{text}' for text in head)}"]
     for status, *texts in rows:

@@ -1,5 +1,10 @@
 """Cells of a spreadsheet as sympy expressions of its inputs."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+
 import numpy as np
 import sympy as sp
 
@@ -23,7 +28,7 @@ EXACT = {
 }
 
 
-def symbolic(path, cells, symbols):
+def symbolic(path: str | PathLike[str], cells: str, symbols: Mapping[str, sp.Symbol]) -> sp.Matrix:
     """Return cells of a spreadsheet as a matrix of what their formulas are, however many cells they pass through.
 
     Parameters

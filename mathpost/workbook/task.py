@@ -1,12 +1,19 @@
 """What a sheet was asked to do; what the caller leaves open the sheet's texts say, or else source 000 does."""
 
+from __future__ import annotations
+
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from mathpost import euler
 from mathpost.errors import InputError
 from mathpost.files import read_text
+
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
 
 
 @dataclass(frozen=True)
@@ -31,11 +38,11 @@ class Task:
     kind: str | None = None
     sequence: str | None = None
     convention: str | None = None
-    angles: tuple | None = None
-    point: tuple | None = None
-    origin: tuple | None = None
-    machine: object = None
-    cells: dict | None = None
+    angles: Sequence[float] | None = None
+    point: Sequence[float] | None = None
+    origin: Sequence[float] | None = None
+    machine: Machine | str | Path | None = None
+    cells: dict[str, str] | None = None
 
     def __post_init__(self):
         for name, known in (("kind", ("zxz", "sequence", "nc")), ("convention", ("active", "passive"))):
@@ -45,7 +52,7 @@ class Task:
             euler.matrix(self.sequence, (0, 0, 0))
 
 
-def task_file(path):
+def task_file(path: str | Path) -> dict[str, Any]:
     """Return the fields of a `Task` from a TOML file.
 
     Raises

@@ -1,6 +1,10 @@
 """What some cells ought to be: the inputs of a calculation by their roles, its results, what may stand between."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +12,10 @@ from mathpost.detective.misreadings import elementary
 from mathpost.euler import from_axis_angle, from_quaternion
 from mathpost.rotation import unit
 from mathpost.workbook.sheet.samples import SAMPLES
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.samples import Values
 
 LARGEST_RADIANS = 6.3  # an angle beyond a turn in radians is in degrees
 
@@ -20,47 +28,54 @@ class Calculation:
     (cells, samples): matrices in 9 or 16, vectors in 3 or 4, cosine and sine in 2.
     """
 
-    results: tuple
-    angles: tuple = ()
-    point: tuple = ()
-    origin: tuple = ()
-    axis: tuple = ()
+    results: Line
+    angles: Line = ()
+    point: Line = ()
+    origin: Line = ()
+    axis: Line = ()
     said: str = ""
-    aside: tuple = ()  # cells that are none of it, such as block numbers
+    aside: Line = ()  # cells that are none of it, such as block numbers
+    complete: bool = True  # whether there is a number in each cell
     typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
-    known: dict = field(default_factory=dict)
-    targets: dict = field(default_factory=dict)
-    mistakes: dict = field(default_factory=dict)  # sentence → what stands in the results if somebody makes it
+    known: dict[int, list[np.ndarray]] = field(default_factory=dict)
+    targets: Values = field(default_factory=dict)
+    mistakes: dict[str, np.ndarray] = field(
+        default_factory=dict
+    )  # sentence → what stands in the results if somebody makes it
 
     @property
-    def given(self):
+    def given(self) -> Line:
         """All inputs."""
         return (*self.angles, *self.point, *self.origin, *self.axis)
 
     @property
-    def read(self):
+    def read(self) -> Line:
         """All places of which `prepare` needs the values."""
         return (*self.given, *self.results)
 
     @property
-    def periods(self):
+    def periods(self) -> dict[Place, float]:
         """Place of a result → after how much it is the same again."""
         return {}
 
     @property
-    def entries(self):
+    def entries(self) -> list[np.ndarray]:
         """What may stand in one cell."""
         return [entry for known in self.known.values() for k in known for entry in k]
 
-    def draw(self, rng, units):
+    def draw(self, rng: np.random.Generator, units: dict[Place, float]) -> Values:
         """Place of an input → samples at random."""
         limits = {p: 3.0 if units.get(p, 1.0) == 1.0 else 170.0 for p in self.angles}
         return {p: rng.uniform(-limits.get(p, 60), limits.get(p, 60), SAMPLES) for p in self.given}
 
-    def unround(self, inputs):
+    def prepare(self, values: Values, units: dict[Place, float]) -> None:
+        """Compute what must stand in the results at the samples in `values`, and what may stand on the way."""
+        raise NotImplementedError
+
+    def unround(self, inputs: Values) -> None:
         """Make of the sheet's own inputs, at the first sample, what their digits stand for."""
 
-    def should_be(self, places, expected):
+    def should_be(self, places: Iterable[Place], expected: np.ndarray) -> None:
         """Set the targets: what must stand in `places`, shape (len(places), samples)."""
         self.targets = dict(zip(places, expected, strict=False))
 
@@ -74,25 +89,25 @@ class Turn(Calculation):
 
     sequence: str = "ZXZ"
     active: bool | None = False  # None: whichever more results are of
-    shift: tuple = ()  # what is added after the rotation
+    shift: Line = ()  # what is added after the rotation
     back: bool = False  # whether the point is turned back, from the turned frame
     plane: Calculation | None = None  # that has these angles
     signs: tuple = ()  # of the angles, if the product in the text negates some
     of_length_one: bool = False  # whether the axis or quaternion is taken as it is, not divided by its length
 
     @property
-    def given(self):
+    def given(self) -> Line:
         """All inputs."""
         return (*super().given, *self.shift)
 
-    def draw(self, rng, units):
+    def draw(self, rng: np.random.Generator, units: dict[Place, float]) -> Values:
         drawn = super().draw(rng, units)
         if self.of_length_one:
             length = np.linalg.norm([drawn[p] for p in self.axis], axis=0)
             drawn |= {p: drawn[p] / length for p in self.axis}
         return drawn
 
-    def prepare(self, values, units):
+    def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
         self.radians = look(values, self.angles) * [units[p] for p in self.angles] * np.array(self.signs or 1)
         if self.angles and not self.axis:  # others are 0
@@ -157,25 +172,25 @@ class Turn(Calculation):
             order = order[::-1] if self.sequence.isupper() != self.active else order
         return [np.pad(each, ((0, 0), (0, 1), (0, 1))) + np.diag([0, 0, 0, 1.0]) for each in order]
 
-    def scalars(self):
+    def scalars(self) -> Iterator[np.ndarray]:
         """What may stand in one cell: cosine and sine of an angle and of its half, entries of quaternions."""
         pairs = [np.array([np.cos(a), np.sin(a)]) for a in (*self.radians.T, *self.radians.T / 2)]
         yield from (entry for pair in pairs for entry in pair)
         yield from (entry for product in self.quaternions() for entry in product)
 
-    def quaternions(self):
+    def quaternions(self) -> list[np.ndarray]:
         """Of the turns by the first two angles, the last two, and all three; none about an axis."""
         if self.axis:
             return []
         letters = ["XYZ".index(letter) + 1 for letter in self.sequence.upper()]
         pairs = [np.array([np.cos(a), np.sin(a)]) for a in self.radians.T / 2]
-        turns = [{0: c, n: s} for n, (c, s) in zip(letters, pairs, strict=True)]
-        turns = [np.array([turn.get(k, np.zeros(SAMPLES)) for k in range(4)]) for turn in turns]
+        parts = [{0: c, n: s} for n, (c, s) in zip(letters, pairs, strict=True)]
+        turns = [np.array([part.get(k, np.zeros(SAMPLES)) for k in range(4)]) for part in parts]
         a, b, c = turns if self.sequence.isupper() else turns[::-1]
         return [_hamilton(a, b), _hamilton(b, c), _hamilton(_hamilton(a, b), c)]
 
 
-def look(values, places):
+def look(values: Values, places: Sequence[Place]) -> np.ndarray:
     """The values of some places, shape (samples, len(places))."""
     found = np.empty((SAMPLES, len(places)))
     for n, place in enumerate(places):
@@ -183,7 +198,13 @@ def look(values, places):
     return found
 
 
-def nearest(now, both, degrees=True, preferred=None, slack=1e-6):
+def nearest(
+    now: np.ndarray,
+    both: np.ndarray,
+    degrees: bool = True,
+    preferred: int | None = None,
+    slack: float | np.ndarray = 1e-6,
+) -> tuple[np.ndarray, np.ndarray]:
     """Of two solutions, shape (samples, 2, angles), the one with more of the angles that there are, and the votes.
 
     An angle that is right is so with its own whole turns; of equally good solutions the preferred one counts.

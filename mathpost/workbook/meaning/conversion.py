@@ -1,8 +1,12 @@
 """Angles made of other angles: three Euler angles converted into others, or computed back from a matrix."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +20,11 @@ from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.tree import parts_of
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.sheet.samples import Values
+
 
 @dataclass(eq=False)
 class Conversion(Calculation):
@@ -26,11 +35,11 @@ class Conversion(Calculation):
     unit: float = 1.0  # degrees of 1 of a result
 
     @property
-    def periods(self):
+    def periods(self) -> dict[Place, float]:
         """Place of an angle → a turn."""
         return dict.fromkeys(self.results, 360 / self.unit)
 
-    def prepare(self, values, units):
+    def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute what must stand in the results at the samples, and what may stand on the way."""
         self.turn = Turn((), self.angles, sequence=self.sequence)
         self.turn.prepare(values, units)
@@ -45,7 +54,7 @@ class Conversion(Calculation):
 class ToQuaternion(Turn):
     """The quaternion of a rotation by three angles, or of the inverse, scalar first, of either sign."""
 
-    def prepare(self, values, units):
+    def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute the quaternion at the samples, of the signs that most cells have."""
         super().prepare(values, units)
         now = look(values, self.results).T
@@ -54,19 +63,21 @@ class ToQuaternion(Turn):
         self.should_be(self.results, max(both, key=lambda q: (np.abs(now - q) < 1e-6).sum()))
 
 
-def find_quaternions(found):
+def find_quaternions(found: Recognised) -> Iterator[ToQuaternion]:
     """Yield four formulas in line, in a sheet that speaks of quaternions, that three angles make."""
     known = {c.angles for c in found.calculations}
     made = {p for p, inputs in found.depends.items() if len(inputs) == 3 and found.angles >= inputs}
     for line in runs(made - found.turning):
         angles = {tuple(found.sorted(found.depends[p])) for p in line}
-        if len(line) == 4 and len(angles) == 1 and found.by_name(*angles) not in known:
-            yield ToQuaternion(found.scalar_first(line), found.by_name(*angles))
+        named = [found.by_name(each) for each in angles]
+        if len(line) == 4 and len(named) == 1 and named[0] not in known:
+            yield ToQuaternion(found.scalar_first(line), named[0])
 
 
-def find_conversions(found):
+def find_conversions(found: Recognised) -> Iterator[Conversion]:
     """Yield the `Conversion`s of a `Recognised` workbook: angles in line by inverse functions, of three others."""
-    graph, used, taken = found.graph, {c.angles for c in found.calculations}, set()
+    graph, used = found.graph, {c.angles for c in found.calculations}
+    taken: set[Place] = set()
     by_text = _sequences(found)
     ends = computed_angles(graph, graph.messages)
     for place in found.sorted(ends):
@@ -76,24 +87,26 @@ def find_conversions(found):
             if not ends.issuperset(line) or taken.intersection(line) or of[0].isdisjoint(of[1]):
                 continue
             angles = found.three(found.sorted(set().union(*of)))
-            named = [words_of(found, each) for each in (angles, line) if each]
-            sequence, into = named if all(named) and angles else by_text
-            if angles is None or (found.by_name(angles, sequence) in used and into == sequence):
+            if angles is None:
+                continue
+            named = [name for each in (angles, line) if (name := words_of(found, each))]
+            sequence, into = named if len(named) == 2 else by_text
+            if found.by_name(angles, sequence) in used and into == sequence:
                 continue
             taken.update(line)
             take_unrounded(graph, line)
             parts = [part for p in line for part in parts_of(graph.tree(p))]
             in_degrees = any(part[0] == "DEGREES" or part == ("number", 180.0) for part in parts)
-            in_degrees |= any(abs(graph.own[p]) > LARGEST_RADIANS for p in line)
+            in_degrees |= any(abs(graph.own[p] or 0.0) > LARGEST_RADIANS for p in line)
             unit = 1.0 if in_degrees else float(np.rad2deg(1))
             said = f"{sequence} angles converted into {into}"
             angles, line = found.by_name(angles, sequence), found.by_name(line, into)
-            if all(named):
+            if len(named) == 2:
                 angles, line = by_words(found, angles), by_words(found, line)
             yield Conversion(line, angles, said=said, sequence=sequence, into=into, unit=unit)
 
 
-def words_of(found, line):
+def words_of(found: Recognised, line: Sequence[Place]) -> str | None:
     """The sequence of three angles whose labels are the words of a tilted plane, as SPA SPB SPC; None without."""
     said = sorted(re.sub(r"[^a-z].*", "", found.label(p).lower()) for p in line)
     return next((sequence for words, sequence in PLANE_WORDS.items() if sorted(words) == said), None)

@@ -4,8 +4,12 @@ Which cells are angles and which are directions is told by the formulas; which d
 else by what gives the most of the angles that are there. The sequence is the one that a text or the task names.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable, Iterator
 from itertools import chain, permutations, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +19,11 @@ from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, take_unrounded
 from mathpost.workbook.sheet.samples import SAMPLES
 from mathpost.workbook.sheet.tree import CONVERSIONS, heads
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Line, Place
+
 LIKELY = 16  # readings of some angles that are looked at closely
 CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
 SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
@@ -23,14 +32,16 @@ NORMAL = r"^z|normal|法"
 NAMED = (*PLANE_WORDS, ("a", "b", "c"))
 
 
-def find_planes(found):
+def find_planes(found: Recognised) -> Iterator[Plane]:
     """Yield the `Plane`s of a `Recognised` workbook: angles in line by inverse functions, from directions."""
-    graph, taken = found.graph, set()
+    graph = found.graph
+    taken: set[Place] = set()
     angles = computed_angles(
         graph, graph.downstream(p for p, t in graph.trees.items() if heads(t) & TRIGONOMETRY.keys())
     )
     for step in (1, 2, 3, 4):
-        planes, left, sure = {}, angles - taken, set()
+        planes, left = {}, angles - taken
+        sure: set[Place] = set()
         for size, place, (down, right), k in product((3, 2), found.sorted(left), ((step, 0), (0, step)), range(3)):
             line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
             others = [p for p in line if p not in angles]
@@ -62,7 +73,7 @@ def _likeliest_first(graph, planes):
     return [(line, planes[line][1]) for line in sorted(planes, key=rank)]
 
 
-def computed_angles(graph, others=()):
+def computed_angles(graph: Graph, others: Iterable[Place] = ()) -> set[Place]:
     """The angles, but for others, that inverse functions make, in the unit that is not converted further."""
     angles = {p for p, tree in graph.trees.items() if heads(tree) & INVERSE}.difference(others)
     converted = set()
@@ -203,11 +214,11 @@ def _fits(graph, plane, drawn=False):
     telling = [p for p in formulas if not drawn or np.ptp(now[p])]
     others = [np.abs(known - now[p]).max(axis=1).min() for p in telling]
     angles = sum(each < (0.1 if plane.degrees else 0.002) for each in off)
-    others = sum(each < ROUNDED for each in others)
-    return angles + others, angles, len(plane.results)
+    steps = sum(each < ROUNDED for each in others)
+    return angles + steps, angles, len(plane.results)
 
 
-def by_words(found, line):
+def by_words(found: Recognised, line: Line) -> Line:
     """The cells in the order of the angles that their labels name."""
     labels = [*map(found.label, line)]
     names = [re.sub(r"[^a-z].*", "", label.lower()) for label in labels]
@@ -215,6 +226,8 @@ def by_words(found, line):
     order = next((order for order in may if len(order) == len(line)), None)
     if order is None:  # α and β, of which φ, θ and ψ do not say which is first
         names = [re.sub("(?i)phi|psi|theta|[φψθ]", "", label) for label in labels]
-        names = [role and role.kind == "angle" and role.word for role in map(read_label, names)]
-        order = sorted(names) if all(names) and len({*names}) == len(names) else names
-    return tuple(line[names.index(name)] for name in order) if order != names else line
+        roles = [role and role.kind == "angle" and role.word for role in map(read_label, names)]
+        said = [role for role in roles if role]
+        is_said = len({*said}) == len(roles)
+        return tuple(line[roles.index(role)] for role in sorted(said)) if is_said else line
+    return tuple(line[names.index(name)] for name in order)

@@ -1,8 +1,12 @@
 """Which cells of a sheet are given, and which are matrices with their zeros and ones: told by who uses them."""
 
+from __future__ import annotations
+
 import re
 from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import product, takewhile
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +14,10 @@ from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.sheet.edits import TRIGONOMETRY
 from mathpost.workbook.sheet.place import beside, offset
 from mathpost.workbook.sheet.tree import CONVERSIONS, areas, heads, parts_of
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Line, Place
 
 QUATERNION = "quaternion|四元数"
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND", "ATAN"}  # 4·ATAN(1) is π
@@ -20,9 +28,17 @@ class Given:
 
     `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; `turning` go into a
     sine or cosine; `composed` are angles that a formula makes of other numbers. `windows` are matrices, row by row.
+    Of what is recognised, `angles` and `lengths` are inputs; the rotation is of the `sequence`, which `is_whole` or
+    has angles that are 0.
     """
 
-    def __init__(self, graph, *, with_formulas=True):
+    windows: list[Line]
+    angles: set[Place]
+    lengths: set[Place]
+    sequence: str
+    is_whole: bool
+
+    def __init__(self, graph: Graph, *, with_formulas: bool = True) -> None:
         self.graph = graph
         texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
         self.text = "\n".join(texts)
@@ -32,12 +48,13 @@ class Given:
         self.composed = composed if with_formulas else set()
         self.typed |= self.composed
 
-    def sorted(self, places):
+    def sorted(self, places: Iterable[Place]) -> Line:
         """Places as they are read."""
         return tuple(sorted(places, key=self.graph.reading_order))
 
-    def matrices(self):
-        graph, found = self.graph, Counter()
+    def matrices(self) -> list[Line]:
+        graph = self.graph
+        found: Counter[Line] = Counter()
         for _, part in graph.parts:
             if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
                 found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
@@ -47,11 +64,12 @@ class Given:
                 found[tuple(self.sorted(array))] += 1
         for component in graph.components:
             sides = [len({p[n] for p in component}) for n in (1, 2)]
-            size, along = min(sides), 1 if sides[0] > sides[1] else 2
+            size = min(sides)
+            along = 0 if sides[0] > sides[1] else 1
             if size not in (3, 4) or max(sides) % size or len(component) != sides[0] * sides[1]:
                 continue
             for k in range(0, max(sides) if max(sides) <= 3 * size else 0, size):
-                tile = tuple(p for p in component if 0 <= p[along] - component[0][along] - k < size)
+                tile = tuple(p for p in component if 0 <= p[1:][along] - component[0][1:][along] - k < size)
                 uses = [graph.uses[p] for p in tile if p in graph.trees]
                 # Three points in rows use numbers typed in their own row; a matrix does not.
                 own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
@@ -59,23 +77,22 @@ class Given:
                     found[tile] = 99
         for component in graph.components:  # nine elements in one line
             for line in runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
-                numbers = [graph.own.get(p) for p in line] if len(line) == 9 else [None]
-                if any(p in graph.trees for p in line) and None not in numbers and may_turn(numbers):
+                numbers = [number for p in line if (number := graph.own.get(p)) is not None]
+                if len(line) == len(numbers) == 9 and any(p in graph.trees for p in line) and may_turn(numbers):
                     found[line] = 1
         for window, votes in list(found.items()):
             others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
-            numbers = [graph.value(p) for p in window if p not in graph.trees]
+            numbers = [number for p in window if p not in graph.trees and (number := graph.value(p)) is not None]
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
-            typed = len(numbers) == len(window) and None not in numbers
-            table = typed and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
+            table = len(numbers) == len(window) and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
             table &= numbers != [float(n % 4 == 0) for n in range(9)]  # the unit matrix
-            typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
-            table |= len(typed) > (1 if len(window) == 9 else 3)
-            table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
-            numbers = [graph.own.get(p) for p in window]
+            large = {p for p in window if p in self.typed and abs(graph.own[p] or 0.0) > 1}
+            table |= len(large) > (1 if len(window) == 9 else 3)
+            table |= any(len({p[n] for p in large}) == 1 for n in (1, 2)) and len(large) > 2
+            values = [graph.own.get(p) for p in window]
             trees = [graph.tree(p) for p in window]  # differences of two matrices are none
             table |= all(tree[0] == "-" and tree[1][0] == tree[2][0] == "area" for tree in trees)
-            table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
+            table |= len(window) == 16 and [0, 0, 0, 1] not in (values[12:], values[3::4])
             overlaps = any(not set(window).isdisjoint(other) for other in others)
             if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
                 del found[window]
@@ -138,7 +155,7 @@ class Given:
         parts = (part for part in parts_of(self.graph.tree(place)) if part[0] in ("*", "/"))
         return any(child[0] == "area" and source in child[1].places for _, *inner in parts for child in inner)
 
-    def never_moved(self):
+    def never_moved(self) -> set[Place]:
         """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
         graph, found = self.graph, self.typed & {p for window in self.windows for p in window}
         for place in self.sorted(self.turning & self.typed):  # 180 or π multiplies or divides several others
@@ -203,7 +220,7 @@ class Given:
         roles = (read_label(cell.value) for cell in near if cell and isinstance(cell.value, str))
         return next((role.word for role in roles if role and role.kind == "coordinate"), None)
 
-    def lines(self, cells, least):
+    def lines(self, cells: Collection[Place], least: int) -> list[Line]:
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
         found, steps = {}, [way for step in range(1, 11) for way in ((step, 0), (0, step))]
         for place, (down, right), k in product(self.sorted(cells), steps, range(3)):
@@ -215,14 +232,14 @@ class Given:
                 count -= any(p in self.typed and p not in self.graph.used for p in within if p not in triple)
                 ends = map(self.graph.reading_order, (triple[0], triple[-1]))
                 found[triple] = (-count, down + right, *ends)  # in rows first, whatever the order of sets
-        return sorted(found, key=found.get)
+        return sorted(found, key=lambda triple: found[triple])
 
-    def label(self, place):
+    def label(self, place: Place) -> str:
         """The text to the left of a cell or above it, the first that names something; empty if there is none."""
         texts = self.texts(place)
         return next(filter(read_label, texts), next(iter(texts), ""))
 
-    def texts(self, place):
+    def texts(self, place: Place) -> list[str]:
         """The texts to the left of a cell and above it, the nearest first."""
         cells = self.graph.cells
         left = [cells[p] for n in (1, 2) if (p := offset(place, 0, -n)) in cells][:1]
@@ -232,16 +249,16 @@ class Given:
         return [cell.value for cell in near if isinstance(cell.value, str)]
 
 
-def may_turn(numbers):
+def may_turn(numbers: Sequence[float] | np.ndarray) -> bool:
     """Whether nine or sixteen numbers may be a rotation with a mistake: two of its rows are nearly unit vectors."""
     rows = np.reshape(numbers, (3 if len(numbers) == 9 else 4, -1))[:3, :3]
     return (np.abs(np.linalg.norm(rows, axis=1) - 1) < 0.05).sum() > 1
 
 
-def runs(places):
+def runs(places: Iterable[Place]) -> Iterator[Line]:
     """The longest lines of cells side by side, in rows and in columns."""
     for along, order in ((1, lambda p: p), (2, lambda p: (p[0], p[2], p[1]))):
-        lines = []
+        lines: list[list[Place]] = []
         for place in sorted(places, key=order):
             if not lines or place != offset(lines[-1][-1], along == 2, along == 1):
                 lines.append([])

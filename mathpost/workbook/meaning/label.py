@@ -3,6 +3,8 @@
 A *role* says what a range holds: ``Role("angle", (0,))`` is α, ``Role("matrix", (2, 1))`` the product γβ.
 """
 
+from __future__ import annotations
+
 import re
 import unicodedata
 from dataclasses import dataclass
@@ -51,12 +53,12 @@ class Role:
     kind: str
     word: tuple = ()
 
-    def __str__(self):
+    def __str__(self) -> str:
         letters = "xyz" if self.kind in ("coordinate", "outcome") else "αβγ"
         return f"{self.kind} {''.join(letters[n] for n in self.word)}"
 
 
-def plain(text):
+def plain(text: str) -> str:
     """Return a text with Greek letters for their names, and digits for small ones.
 
     Examples
@@ -69,7 +71,7 @@ def plain(text):
     )
 
 
-def read_label(text):
+def read_label(text: str) -> Role | None:
     """Return the `Role` that a label, a name or a key says, or None.
 
     Examples
@@ -84,7 +86,8 @@ def read_label(text):
         text = re.sub(pattern, plain, text)
     for kind, pattern in SINGLE.items():
         if found := re.fullmatch(pattern, text):
-            return Role(kind, (WHICH.index(found[found.lastindex]) % 3,))
+            *_, said = filter(None, found.groups())
+            return Role(kind, (WHICH.index(said) % 3,))
     kind = "transposed" if re.search(r"转置|transpos|\)t|\^t|\)'|[αβγ]{2}[t']$|^[rm]t$", text) else "matrix"
     said = NOISE.sub("", next((part for part in text.split("=") if re.search("[αβγ]", part)), text))
     letters = re.sub("[^αβγ]", "", said)

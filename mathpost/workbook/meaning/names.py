@@ -1,10 +1,17 @@
 """Which cell is x, y or z, which angle is α, β or γ, what is an origin: by the texts beside them."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 from mathpost.workbook.meaning.label import plain, read_label
 from mathpost.workbook.meaning.vectors import Vectors
 from mathpost.workbook.sheet.place import offset
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Line, Place
 
 AXIS_NAMES = {"X": r"roll|滚|\br_?x\b", "Y": r"pitch|nick|俯仰|\br_?y\b", "Z": r"yaw|heading|gier|偏航|\br_?z\b"}
 
@@ -12,7 +19,7 @@ AXIS_NAMES = {"X": r"roll|滚|\br_?x\b", "Y": r"pitch|nick|俯仰|\br_?y\b", "Z"
 class Names(Vectors):
     """What the texts of a workbook call its vectors, angles and quaternions."""
 
-    def heading(self, triple):
+    def heading(self, triple: Line) -> str:
         """The texts before a vector, with no number in between, or above it as far; or over its column."""
         (sheet, row, column), cells = triple[0], self.graph.cells
         first = max((n for n in range(1, column) if (sheet, row, n) in self.graph.component), default=0) + 1
@@ -20,7 +27,7 @@ class Names(Vectors):
         texts = [cell.value for cell in near if cell and isinstance(cell.value, str)]
         return "\n".join([*texts, *self.texts(triple[0])[:2]])
 
-    def is_named(self, line, pattern):
+    def is_named(self, line: Line, pattern: str) -> bool:
         """Whether the text before the first of some cells, or above it, is such a name."""
         cells = self.graph.cells
         for steps in (((0, -n) for n in (1, 2, 3)), ((-n, 0) for n in (1, 2, 3))) if line else ():
@@ -30,7 +37,9 @@ class Names(Vectors):
                 return True
         return False
 
-    def coordinate(self, place, kinds=("coordinate", "outcome")):
+    def coordinate(
+        self, place: Place, kinds: Collection[str] = ("coordinate", "outcome")
+    ) -> tuple[int, ...] | None:
         """Which coordinate a text says that stands before a number, in its row or column."""
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
@@ -43,18 +52,18 @@ class Names(Vectors):
                 return role.word
         return None
 
-    def as_named(self, cells, kinds=("outcome",)):
+    def as_named(self, cells: Line, kinds: Collection[str] = ("outcome",)) -> Line:
         """The three cells of a result, or of a point, in the order x, y, z that their labels say."""
         said = [self.coordinate(p, kinds) for p in cells]
         named = sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3
         return tuple(cells[said.index((n,))] for n in range(3)) if named else cells
 
-    def angle_said(self, place):
+    def angle_said(self, place: Place) -> int | None:
         """Which angle the text before a cell names; None if it names none, or several."""
         letters = {*re.findall("[αβγ]|alpha|beta|gamma", self.label(place).lower())}
         return ("α", "β", "γ", "alpha", "beta", "gamma").index(*letters) % 3 if len(letters) == 1 else None
 
-    def three(self, cells):
+    def three(self, cells: Line) -> Line | None:
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
         if not self.is_whole:
             return self.sorted(self.angles)
@@ -67,7 +76,7 @@ class Names(Vectors):
             return next((line for line in near if may.issuperset(line)), tuple(cells))
         return lines[0] if lines else None
 
-    def by_name(self, triple, sequence=None):
+    def by_name(self, triple: Line, sequence: str | None = None) -> Line:
         """The angles α, β, γ: as labels say, or in the order in which they, or what they turn by, are read."""
         axes = [
             "".join(axis for axis, name in AXIS_NAMES.items() if re.search(name, self.label(p), re.I))
@@ -107,7 +116,7 @@ class Names(Vectors):
             found |= {name: place for name in next((words for words in said if len(words) == 1), ())}
         return tuple(found[name] for name in names) if len(found) == len(triple) == len(names) else ()
 
-    def scalar_first(self, line):
+    def scalar_first(self, line: Line) -> Line:
         """The cells of a quaternion, w before x, y and z, whichever the labels say is first."""
         said = ["".join(re.findall(r"\bq?_?([wxyz])\b", self.label(p), re.I)).lower() for p in line]
         if sorted(said) == [*"wxyz"]:

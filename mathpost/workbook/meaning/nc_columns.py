@@ -5,10 +5,14 @@ there is one, is three columns that go with these to X Y Z. So neither order nor
 something else.
 """
 
+from __future__ import annotations
+
 import re
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import accumulate, pairwise, permutations, product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +26,10 @@ from mathpost.workbook.meaning.nc_roles import (
     Roles,
 )
 from mathpost.workbook.sheet.place import beside
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.workbook.sheet.graph import Graph
 
 LOOKED_AT = 200  # rows are enough to tell a column
 SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns than these are no such table
@@ -54,7 +62,7 @@ class Table:
     source: tuple = ()  # the columns of tip and axis
     words: tuple = ()
 
-    def said(self, graph):
+    def said(self, graph: Graph) -> str:
         """Where the columns stand."""
         texts = []
         parts = zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True)
@@ -67,7 +75,9 @@ class Table:
         return ", ".join(texts) + not_seen * bool(self.others)
 
 
-def find_tables(graph, kinematics, tried=(ENOUGH, ENOUGH_OF_ROTARY)):
+def find_tables(
+    graph: Graph, kinematics: Kinematics, tried: Iterable[tuple[int, int]] = (ENOUGH, ENOUGH_OF_ROTARY)
+) -> tuple[list[Table], list[str]]:
     """Return the tables of a workbook, and the ranges of what may be one and is not understood.
 
     Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows,
@@ -78,8 +88,8 @@ def find_tables(graph, kinematics, tried=(ENOUGH, ENOUGH_OF_ROTARY)):
         single = enough == ENOUGH_OF_ONE_ROW
         blocks, left = _blocks(graph, along, single)
         several = [n for n, block in enumerate(blocks) if single or len(block[0].places) > 1]
-        found = {n: _table(graph, kinematics, blocks[n], enough) for n in several}
-        found = {n: table for n, table in found.items() if table}
+        tried_at = {n: _table(graph, kinematics, blocks[n], enough) for n in several}
+        found: dict[Any, Table] = {n: table for n, table in tried_at.items() if table}
         for a, b in () if single else permutations(several, 2):
             if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
                 table = _table(graph, kinematics, blocks[a] + blocks[b], enough)
@@ -171,7 +181,8 @@ def _table(graph, kinematics, columns, enough):
     roles = Roles(graph, columns, kinematics, sample).find(enough)
     if roles is None:
         return None
-    tip, axis, words = *(_sources(graph, columns, roles[part]) for part in ("tip", "axis")), roles["words"]
+    tip, axis = (_sources(graph, columns, roles[part]) for part in ("tip", "axis"))
+    words = roles["words"]
     source = [columns[n] for n in (*tip, *axis)]
     given = {p for column in source for p in column.places}
     if any(not columns[n].typed and graph.upstream(columns[n].places).isdisjoint(given) for n in words):

@@ -1,7 +1,16 @@
 """What the headings of a table of NC words say: which letter a column is of, and whose data it holds."""
 
+from __future__ import annotations
+
 import re
 import unicodedata
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.workbook.meaning.nc_columns import Column
+    from mathpost.workbook.sheet.graph import Graph
 
 PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
@@ -9,7 +18,7 @@ OF_CL = re.compile(r"(?<![a-z])(?:cl|apt|tip|part|workpiece|wcs|werkstück)(?![a
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
 
 
-def side(graph, sheet, first, number):
+def side(graph: Graph, sheet: str, first: int, number: int) -> str:
     """Whose data a column holds by its headings, or by the nearest to the left of each: "nc", "cl", or nothing."""
     for line in range(first - 1, max(first - 4, 0), -1):
         cells = (graph.cells.get((sheet, line, n)) for n in range(number, 0, -1))
@@ -20,12 +29,12 @@ def side(graph, sheet, first, number):
     return ""
 
 
-def normal(text):
+def normal(text: str) -> str:
     """A text in small letters and plain signs."""
     return unicodedata.normalize("NFKC", text).strip().lower()
 
 
-def letters_of(heading):
+def letters_of(heading: str) -> dict[str, float]:
     """The letters that a heading names, as in "a", "x_nc", "刀轴i", "px", "ti" or "zm"."""
     said = UNIT.sub("", heading).strip()
     if re.fullmatch("[a-z]", said):
@@ -35,7 +44,7 @@ def letters_of(heading):
     return dict.fromkeys(named, PLAIN if MACHINE.search(said) else AMONG_OTHERS)
 
 
-def stand_apart(tip, axis, words):
+def stand_apart(tip: Sequence[int], axis: Sequence[int], words: Sequence[int]) -> bool:
     """Whether the tip stands beside the rotary words, and X Y Z beside the tool axis, as the other way round."""
 
     def near(part, other):
@@ -45,11 +54,18 @@ def stand_apart(tip, axis, words):
     return near(tip, rotary) and near(linear, axis) and not (near(tip, axis) or near(linear, rotary))
 
 
-def headings_exchanged(graph, kinematics, tip, axis, words, apart=False):
+def headings_exchanged(
+    graph: Graph,
+    kinematics: Kinematics,
+    tip: Sequence[Column],
+    axis: Sequence[Column],
+    words: Sequence[Column],
+    apart: bool = False,
+) -> tuple:
     """The first cell under the heading of another column, or that is made of such, and what is said there."""
     names = "".join(name[0].lower() for name in kinematics.machine.joint_names)
-    said = [{c.said for c in part} for part in (tip, words[-5:-2])]
-    if said == [{"nc"}, {"cl"}] or (apart and said[0] == said[1] == {""}):
+    sides = [{c.said for c in part} for part in (tip, words[-5:-2])]
+    if sides == [{"nc"}, {"cl"}] or (apart and sides == [{""}, {""}]):
         return words[0].places[0], "the headings say that this is the tip, and that the tip is X Y Z: exchanged"
     parts = (
         (tip, "xyz"),

@@ -4,8 +4,12 @@ Random tool axes are put into three numbers: formulas that are then the rotary w
 random tips in three others tell X Y Z. A word that is wrong is told by its label, or by where the others stand.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable, Mapping
 from itertools import chain
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +23,12 @@ from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.samples import same
 from mathpost.workbook.sheet.tree import heads
 
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.samples import Values
+
 DRAWN, MOST = 24, 200  # positions at random; triples of numbers that are tried
 ENOUGH = 0.4  # of the positions: an arc sine is right on half of the sphere
 ENOUGH_OF_TWIN = 4.5  # all five words
@@ -28,10 +38,11 @@ RADIANS, LAST, TYPED = 0.9, 1.2, -0.3  # what counts: a word in radians, one tha
 class Positions:
     """The search in one sheet; `found` knows its typed numbers and its texts."""
 
-    def __init__(self, found, kinematics):
+    def __init__(self, found: Recognised, kinematics: Kinematics) -> None:
         self.found, self.graph, self.kinematics = found, found.graph, kinematics
         self.names = [name[0].lower() for name in kinematics.machine.joint_names]
-        self.base, self.taken, rng = self.graph.run({}), set(), np.random.default_rng(30)
+        self.base, rng = self.graph.run({}), np.random.default_rng(30)
+        self.taken: set[Place] = set()
         self.letters = {p: self.named(p) for p in self.graph.component if p not in self.graph.messages}
         axes = rng.normal(size=(4 * DRAWN, 3))
         both = kinematics.inverse(np.zeros(3), axes, degrees=True)[..., 3:]
@@ -39,7 +50,7 @@ class Positions:
         self.axes, self.both = axes[within] / np.linalg.norm(axes[within], axis=1, keepdims=True), both[within]
         self.tips = rng.uniform(-60, 60, self.axes.shape)
 
-    def find(self):
+    def find(self) -> list[Table]:
         """The positions, each as a `Table` of one row."""
         graph, tables = self.graph, []
         turning = graph.upstream(p for p in graph.trees if heads(graph.trees[p]) & INVERSE)
@@ -57,31 +68,33 @@ class Positions:
             self.taken.update((*axis, *chain(*tips)) if least > ENOUGH else ())
         return tables
 
-    def position(self, axis, tips):
+    def position(self, axis: Line, tips: list[Line]) -> tuple[float, Table]:
         """How well the words fit that are found with an axis there and one of the tips, and the `Table`."""
         fit, rotary = self.rotary(axis)
         found = [(*self.linear(tip, axis, rotary), tip) for tip in (tips if fit >= ENOUGH else ())]
         more, linear, tip = max(found, key=lambda each: each[0], default=(0.0, (), ()))
         words = *linear, *rotary
         parts = ([self.column(p) for p in part] for part in (tip if linear else (), axis, words))
-        exchanged = headings_exchanged(self.graph, self.kinematics, *parts)
+        tip_, axis_, words_ = parts
+        exchanged = headings_exchanged(self.graph, self.kinematics, tip_, axis_, words_)
         return fit + more, Table(
             [(tip if linear else (), axis, words)], tuple(rotary.values()), exchanged=exchanged
         )
 
-    def column(self, place):
+    def column(self, place: Place) -> Column:
         """A cell as the column of a table."""
-        return Column((place,), None, self.letters[place], place not in self.graph.trees, 1.0, "", 0.0)
+        return Column((place,), np.empty(0), self.letters[place], place not in self.graph.trees, 1.0, "", 0.0)
 
-    def values(self, given):
+    def values(self, given: Values) -> Values:
         """Place → what is there, of the formulas that depend on the numbers `given`, place → samples."""
         after = self.graph.downstream(given) & self.graph.trees.keys()
         found = self.graph.run(given, self.base, after)
         return {p: found[p] * np.ones(len(self.axes)) for p in after - self.graph.messages}
 
-    def rotary(self, axis):
+    def rotary(self, axis: Line) -> tuple[float, dict[Place, float]]:
         """How well the rotary words fit that are found with an axis there, and the words: place → unit."""
-        values, words, total = self.values(dict(zip(axis, self.axes.T, strict=True))), {}, 0.0
+        values, total = self.values(dict(zip(axis, self.axes.T, strict=True))), 0.0
+        words: dict[Place, float] = {}
         for k in (3, 4):
             degrees, radians = (
                 {p: _fit(value * unit, self.both[..., k - 3]) for p, value in values.items()}
@@ -97,12 +110,14 @@ class Positions:
         said = self.are_named(axis, "ijk") and self.are_named(words, self.names[3:])
         return max(total, ENOUGH * said), words
 
-    def linear(self, tip, axis, rotary):
+    def linear(self, tip: Line, axis: Line, rotary: dict[Place, float]) -> tuple[float, Line]:
         """How well X Y Z fit that are found with a tip there, and their places; none if not all are found."""
         values = self.values(dict(zip((*axis, *tip), (*self.axes.T, *self.tips.T), strict=True)))
-        own = [values.get(p, self.graph.own[p]) * unit * np.ones(len(self.axes)) for p, unit in rotary.items()]
-        turns = np.stack([np.stack(own, axis=-1), self.both[:, 0], self.both[:, 1]])
-        wanted, words, total = self.kinematics.close(self.tips, np.deg2rad(turns))[..., :3], {}, 0.0
+        own: dict[Place, Any] = self.graph.own | values
+        turned = [own[p] * unit * np.ones(len(self.axes)) for p, unit in rotary.items()]
+        turns = np.stack([np.stack(turned, axis=-1), self.both[:, 0], self.both[:, 1]])
+        wanted, total = self.kinematics.close(self.tips, np.deg2rad(turns))[..., :3], 0.0
+        words: dict[int, Any] = {}
         for k in range(3):
             fits = {p: _fit(value, wanted[..., k].T) for p, value in values.items()}
             words[k] = self.choose(k, fits, {*axis, *tip, *rotary, *words.values()})
@@ -116,7 +131,7 @@ class Positions:
         total = max(total, ENOUGH * (self.are_named(tip, "xyz") and self.are_named(words.values(), "xyz")))
         return total, tuple(words.values()) if total >= ENOUGH else ()
 
-    def choose(self, k, fits, taken):
+    def choose(self, k: int, fits: Mapping[Place, float], taken: set[Place]) -> Place | None:
         """The cell of a word: that fits best and has its label, or else one or the other."""
         graph, counts = self.graph, {}
         may = self.letters.keys() - taken - self.taken
@@ -125,22 +140,22 @@ class Positions:
             if fit >= ENOUGH or label == PLAIN:
                 last = LAST * (place in fits and place not in graph.used) + TYPED * (place not in graph.trees)
                 counts[place] = -fit - label - last, graph.calculation_order(place)
-        return min(counts, key=counts.get, default=None)
+        return min(counts, key=lambda place: counts[place], default=None)
 
-    def are_named(self, places, letters):
+    def are_named(self, places: Iterable[Place], letters: Iterable[str]) -> bool:
         return all(letter in self.letters[place] for place, letter in zip(places, letters, strict=True))
 
-    def named(self, place):
+    def named(self, place: Place) -> dict[str, float]:
         """The letters that the nearest text says that says any, before a cell or else behind it."""
         texts = (*self.found.texts(place), self.text(place, 1))
         return next(filter(None, map(letters_of, map(normal, texts))), {})
 
-    def text(self, place, right):
+    def text(self, place: Place, right: int) -> str:
         """The text in a cell so many columns further right, or nothing."""
         cell = self.graph.cells.get(offset(place, 0, right))
         return cell.value if cell and isinstance(cell.value, str) else ""
 
-    def is_in_radians(self, place):
+    def is_in_radians(self, place: Place) -> bool:
         """Whether a text beside a cell says so, or a turn in radians leaves a sine that uses it as it is."""
         beside = self.text(place, 1) or self.text(place, -1)
         after, turned = self.graph.used.get(place, ()), {place: self.base[place] + 2 * np.pi}

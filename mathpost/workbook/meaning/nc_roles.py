@@ -1,11 +1,20 @@
 """Which columns of a table of NC words are the tip, the tool axis and the words: told by what the numbers are."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from itertools import permutations, product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.nc_headings import AMONG_OTHERS, PLAIN
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.workbook.meaning.nc_columns import Column
+    from mathpost.workbook.sheet.graph import Graph
 
 CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
 # How many words must fit, so that it is no coincidence: without all their headings, and with them.
@@ -16,17 +25,18 @@ ENOUGH_OF_ROTARY = (2, 1)  # of a table of rotary words alone
 class Roles:
     """The search for the numbers of the columns of tip, axis and words."""
 
-    def __init__(self, graph, columns, kinematics, sample):
+    def __init__(self, graph: Graph, columns: Sequence[Column], kinematics: Kinematics, sample: np.ndarray) -> None:
         self.graph, self.columns, self.kinematics = graph, columns, kinematics
         self.values = np.array([column.values[sample] for column in columns])
         self.names = [name[0].lower() for name in kinematics.machine.joint_names]
 
-    def find(self, enough):
+    def find(self, enough: tuple[int, int]) -> dict[str, Sequence[int]] | None:
         """The columns by "tip", "axis", "words"; None if there are not all, or fewer words fit than `enough`."""
         axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
         if axis is None or self.axis_score(axis) < 0.5:
             return None
-        self.demanded, words = self.inverse(axis), {}
+        self.demanded = self.inverse(axis)
+        words: dict[int, Any] = {}
         for k in (3, 4):
             words[k] = self.choose(k, self.turning(self.demanded[..., k - 3]), {*axis, *words.values()})
         if list(words.values()).count(None) > 1:
@@ -39,9 +49,9 @@ class Roles:
         tips = [t for t in tips if after.isdisjoint(self.graph.upstream(self.columns[n].places[0] for n in t))]
         choices = [n for n in range(len(self.columns)) if n not in (*axis, *words.values())]
         lost = next((k for k in words if words[k] is None), None)
-        best = 0.3 if lost is None else 2.9, None, None  # a lost one is told by X Y Z
+        best: tuple[float, Any, Any] = 0.3 if lost is None else 2.9, None, None  # a lost one is told by X Y Z
         for n in choices if lost else (None,):
-            self.turn_by({**words, lost: n})
+            self.turn_by(words | {lost: n} if lost else words, alone=lost is None)
             scores = [(self.tip_score(t, axis), t, n) for t in tips if n not in t]
             best = max([best, *scores], key=lambda score: score[0])
         _, tip, n = best
@@ -49,10 +59,11 @@ class Roles:
             return None
         words |= {lost: n} if lost else {}
         self.turn_by(words)
-        fits, plain = self.linear(tip), {k: self.plainly(k, {*tip, *axis, *words.values()}) for k in range(3)}
+        fits = [*self.linear(tip)]
+        plain = {k: self.plainly(k, {*tip, *axis, *words.values()}) for k in range(3)}
         for k in range(3):
             words[k] = (
-                max(plain[k], key=lambda n, k=k: (fits[k][n], n))  # these are it, whatever fits: a step may
+                max((fits[k][n], n) for n in plain[k])[1]  # these are it, whatever fits: a step may
                 if all(plain.values())
                 else self.choose(k, fits[k], {*tip, *axis, *words.values()}, 2 * AMONG_OTHERS)
             )
@@ -74,14 +85,14 @@ class Roles:
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 
     @staticmethod
-    def as_they_fit(words, fits):
+    def as_they_fit(words: dict[int, Any], fits: Mapping[int, np.ndarray] | Sequence[np.ndarray]) -> dict[int, Any]:
         """Columns, by joint, that are only right if some stand under each other's headings: by what they are."""
         for columns in permutations(words.values()) if None not in words.values() else ():
             if all(fits[k][n] > 0.5 for k, n in zip(words, columns, strict=True)):
                 return dict(zip(words, columns, strict=True))
         return words
 
-    def rotary_alone(self, axis, words):
+    def rotary_alone(self, axis: Sequence[int], words: dict[int, Any]) -> dict[str, Sequence[int]] | None:
         """Rotary words without others, unless as many numbers stand beside them as a tip and X Y Z are."""
         others = [c for n, c in enumerate(self.columns) if n not in (*axis, *words.values()) and c.typed]
         if None in words.values() or len(others) >= 6:
@@ -91,7 +102,7 @@ class Roles:
         found = {"tip": (), "axis": axis, "words": [*words.values()]}
         return found if fitting >= ENOUGH_OF_ROTARY[headed] else None
 
-    def triples(self, *groups):
+    def triples(self, *groups: str) -> list[tuple[int, int, int]]:
         """Three columns side by side, or as far apart, of headings that name such letters."""
         found = [(n, n + 1, n + 2) for n in range(len(self.columns) - 2)]
         for group in groups:
@@ -99,10 +110,10 @@ class Roles:
             found += [(a, b, c) for a, b, c in product(*headed) if a != b and b - a == c - b][:200]
         return list(dict.fromkeys(found))
 
-    def vectors(self, triple):
+    def vectors(self, triple: Sequence[int]) -> np.ndarray:
         return np.stack([self.values[n] for n in triple], axis=-1)
 
-    def inverse(self, axis):
+    def inverse(self, axis: Sequence[int]) -> np.ndarray:
         """The rotary words of both branches in degrees, shape (rows, 2, 2); NaN where there are none."""
         vectors = self.vectors(axis)
         good = np.isfinite(vectors).all(axis=1) & (np.abs(vectors).max(axis=1) > 1e-6)
@@ -110,24 +121,24 @@ class Roles:
         found[good] = self.kinematics.inverse(np.zeros(3), vectors[good], degrees=True)[..., 3:]
         return found
 
-    def turn_by(self, words):
-        """Take the rotary words as they are, or, unless these are told by X Y Z, as they are demanded."""
+    def turn_by(self, words: dict[int, Any], alone: bool = False) -> None:
+        """Take the rotary words as they are and, unless these `alone` are to tell, as they are demanded."""
         own = np.stack([self.values[words[k]] * self.columns[words[k]].unit for k in (3, 4)], axis=-1)
-        self.rotary = [own, self.demanded[:, 0], self.demanded[:, 1]][: 1 if None in words else 3]
+        self.rotary = [own] if alone else [own, self.demanded[:, 0], self.demanded[:, 1]]
 
-    def turning(self, wanted):
+    def turning(self, wanted: np.ndarray) -> np.ndarray:
         """How much of each column is one of the angles wanted, shape (rows, branches)."""
         off = [wrap(v[:, None] * c.unit - wanted) for v, c in zip(self.values, self.columns, strict=True)]
         return (np.abs(off) < CLOSE).any(axis=-1).mean(axis=-1)
 
-    def axis_score(self, triple):
+    def axis_score(self, triple: Sequence[int]) -> float:
         both, vectors = self.inverse(triple), self.vectors(triple)
         others = [n for n in range(len(self.columns)) if n not in triple]
         fit = sum(self.turning(both[..., k])[others].max(initial=0) for k in (0, 1))
         units = np.mean(np.abs(np.linalg.norm(vectors, axis=1) - 1) < 2e-3)
         return fit + 0.2 * units + self.headed(triple, "ijk", "uvw", "xyz") + self.typed(triple)
 
-    def linear(self, tip):
+    def linear(self, tip: Sequence[int]) -> np.ndarray:
         """How much of each column is X, Y, Z with that tip, shape (3, columns); half if it is but shifted."""
         points, found = self.vectors(tip), []
         for rotary in self.rotary:
@@ -139,26 +150,26 @@ class Roles:
             ]
         return np.max(found, axis=0)
 
-    def tip_score(self, tip, axis):
+    def tip_score(self, tip: Sequence[int], axis: Sequence[int]) -> float:
         others = [n for n in range(len(self.columns)) if n not in (*tip, *axis)]
         fit = self.linear(tip)[:, others].max(axis=1, initial=0).sum()
         return fit + self.headed(tip, "xyz") + self.typed(tip)
 
-    def headed(self, triple, *groups):
+    def headed(self, triple: Sequence[int], *groups: str) -> float:
         return 0.3 * any(
             all(letter in self.columns[n].letters for n, letter in zip(triple, group, strict=True))
             for group in groups
         )
 
-    def typed(self, triple):
+    def typed(self, triple: Sequence[int]) -> float:
         return 0.2 * all(self.columns[n].typed for n in triple)
 
-    def plainly(self, joint, taken):
+    def plainly(self, joint: int, taken: set[int]) -> list[int]:
         """The columns with nothing but the letter of a word over them."""
         letter = self.names[joint]
         return [n for n, c in enumerate(self.columns) if n not in taken and c.letters.get(letter) == PLAIN]
 
-    def choose(self, joint, fits, taken, least=AMONG_OTHERS):
+    def choose(self, joint: int, fits: np.ndarray, taken: set[int], least: float = AMONG_OTHERS) -> int | None:
         """The column of a word: the one with its letter over it, if there is one, that fits best."""
         letter = self.names[joint]
         left = {n: c for n, c in enumerate(self.columns) if n not in taken}

@@ -5,8 +5,13 @@ other branch is inside travel; X Y Z, if there are any, if they bring the tip in
 are demanded.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from openpyxl.utils import get_column_letter
@@ -25,6 +30,12 @@ from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.samples import SAMPLES
 from mathpost.workbook.sheet.tree import heads
 
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.sheet.samples import Values
+
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look
 UNIT_LENGTH = 2e-3  # as near to 1 as the length of a unit vector of three decimals
@@ -40,17 +51,16 @@ class Words(Calculation):
     Without a tip they are the two rotary words.
     """
 
-    kinematics: Kinematics = None
+    kinematics: Kinematics = None  # type: ignore[assignment]  # always given
     units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
     table: int = 0  # of a workbook with several
     preferred: int | None = None
     exchanged: tuple = ()  # of its table: a cell that stands under another one's heading, and a sentence
-    complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's
     back: np.ndarray | float = 0.0  # what is taken off of it: the same at rotary zero, or nothing
 
-    def unround(self, inputs):
+    def unround(self, inputs: Values) -> None:
         """Normalise the tool axis of the sheet, if it is one but for its last digits."""
         if not inputs.keys() >= set(self.axis):  # a formula stands in place of a number
             return
@@ -60,7 +70,7 @@ class Words(Calculation):
             inputs[place][0] /= length if is_unit else 1.0
             inputs[place][1:] *= 1.0 if is_unit else length
 
-    def prepare(self, values, units):
+    def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute the words at the samples in `values`, on the branch that those that are there now are on."""
         tip, axis, now = (look(values, places) for places in (self.point, self.axis, self.results))
         axis = _not_zero(axis)
@@ -79,17 +89,17 @@ class Words(Calculation):
         beside = np.hstack([*turns, linear, tip, axis / length, length, np.zeros((SAMPLES, 1))])
         self.known = {1: [entry[None] for entry in beside.T]}
 
-    def close(self, tip, axis, radians):
+    def close(self, tip: np.ndarray, axis: np.ndarray, radians: np.ndarray) -> np.ndarray:
         """X Y Z, of the point that the sheet means, that bring the tip into place."""
         at_tip, up = (self.kinematics.close(tip + step, radians)[:, :3] for step in (0, unit(_not_zero(axis))))
         return at_tip + self.further * (up - at_tip - self.back)
 
     @property
-    def periods(self):
+    def periods(self) -> dict[Place, float]:
         """Place of a rotary word → a turn."""
         return {p: 360 / degrees for p, degrees in zip(self.results[-2:], self.units, strict=True)}
 
-    def is_wrong(self, now):
+    def is_wrong(self, now: Callable[[Place], np.ndarray]) -> bool:
         """Whether the words are wrong as they stand, by more than rounding; `now(place)` is what is in a cell."""
         for place, target in self.targets.items():
             off = now(place)[0] - target[0]
@@ -98,7 +108,7 @@ class Words(Calculation):
                 return True
         return False
 
-    def draw(self, rng, units):
+    def draw(self, rng: np.random.Generator, units: dict[Place, float]) -> Values:
         """Place → samples, of tool axes at random, in travel, away from the pole, all around the other axis."""
         vectors = rng.normal(size=(40 * SAMPLES, 3))
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -116,13 +126,15 @@ class Words(Calculation):
         return found | {p: rng.uniform(-60, 60, SAMPLES) for p in self.point}
 
     @property
-    def tilting(self):
+    def tilting(self) -> int:
         """The rotary word whose sign tells the branch: 0 or 1, the joint nearer to the tool."""
         tool_side = self.kinematics.inverse_symbolic.tool_side
         return [str(s) for s in self.kinematics.symbols[3:]].index(str(tool_side))
 
 
-def rows_of(found, machine, cells=None):
+def rows_of(
+    found: Recognised, machine: Machine | str | Path, cells: dict[str, str] | None = None
+) -> tuple[list[Words], list[str]]:
     """Return the rows of the tables as `Words`, and what looks like a table and is not understood.
 
     What does not stand in rows or columns is looked for by what formulas are; `found` knows what is typed.
@@ -130,8 +142,9 @@ def rows_of(found, machine, cells=None):
     `cells` says where the columns stand, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
     Raise `InputError` if there is no table.
     """
-    machine = machines.load(machine) if isinstance(machine, str) or hasattr(machine, "__fspath__") else machine
-    graph, kinematics, left = found.graph, Kinematics(machine), []
+    graph = found.graph
+    kinematics = Kinematics(machines.load(machine) if isinstance(machine, str | Path) else machine)
+    left: list[str] = []
     if cells:
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
         tables = [Table(list(zip(*blocks, strict=False)), (1.0, 1.0))]
@@ -140,7 +153,7 @@ def rows_of(found, machine, cells=None):
         tables = tables or Positions(found, kinematics).find()
         tables, left = (tables, left) if tables else find_tables(graph, kinematics, [ENOUGH_OF_ONE_ROW])
     if not tables:
-        names = " ".join(machine.joint_names)
+        names = " ".join(kinematics.machine.joint_names)
         expected = f"a table of tip, tool axis and words, by its numbers or headings x y z i j k {names}"
         raise InputError(str(graph.book.path), expected, "none")
     rows = []
@@ -167,7 +180,9 @@ def _column_block(graph, name, cells):
     return list(zip(*[iter(area.places)] * COLUMNS[name], strict=True))
 
 
-def made_of_words(rows, block):
+def made_of_words(
+    rows: list[Words], block: Callable[[Sequence[Place]], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
     """What people put beside the words of a table, both of shape (…, samples): numbers, and angles in radians.
 
     Steps from row to row, ways, extremes and means; the other solution, and how far the tool turns. `block(places)`
@@ -184,11 +199,12 @@ def made_of_words(rows, block):
         numbers += [*steps, *-steps, np.abs(steps).max(axis=0)]
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     between = np.arccos(np.clip((axes[1:] * axes[:-1]).sum(axis=1), -1, 1))
-    both = [row.kinematics.inverse(np.zeros(3), axis.T)[..., 3:] for row, axis in zip(rows, axes, strict=True)]
+    ways = [row.kinematics.inverse(np.zeros(3), axis.T)[..., 3:] for row, axis in zip(rows, axes, strict=True)]
+    both = np.array(ways)
     return np.vstack(numbers), np.vstack([between, *np.moveaxis(both, 1, -1).reshape(-1, SAMPLES)[:, None]])
 
 
-def point_named(rows, now):
+def point_named(rows: list[Words], now: Callable[[Place], np.ndarray]) -> Iterator[str]:
     """Take the point that X Y Z name where it is not the machine file's, and yield a sentence on it.
 
     Most words in two columns are then off by one length along the turned tool axis, less the same at rotary zero if
@@ -220,7 +236,9 @@ def point_named(rows, now):
         yield f"X Y Z name a point {where} from the one that the machine file means"
 
 
-def on_the_wrong_branch(rows, values):
+def on_the_wrong_branch(
+    rows: list[Words], values: Mapping[Place, float | None]
+) -> Iterator[tuple[Place, str, str]]:
     """Yield (place, cause, sentence) of the rotary words beyond travel while the other branch is inside."""
     for row in rows:
         joints = row.kinematics.machine.rotary
@@ -248,7 +266,7 @@ def _not_zero(axis):
 # Words that are numbers.
 
 
-def judge_numbers(rows, values):
+def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[tuple[Place, str, str]]:
     """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
     kinematics, values = rows[0].kinematics, dict(values)
     for before, row in pairwise(rows):
@@ -311,7 +329,7 @@ def _half_digits(numbers):
     return np.maximum(half if decimals < 9 else 0.0, least)
 
 
-def looked_at(rows, values):
+def looked_at(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[str]:
     """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
     machine = rows[0].kinematics.machine
     own = np.array([[*[None] * 3, *map(values.get, row.results)][-5:] for row in rows], dtype=float)

@@ -1,6 +1,9 @@
 """The angles of a tilted plane, from directions of its axes or points on it: what they must be."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +11,10 @@ from mathpost import euler
 from mathpost.detective.misreadings import elementary
 from mathpost.workbook.meaning.calculation import Calculation, look, nearest
 from mathpost.workbook.sheet.samples import SAMPLES
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.samples import Values
 
 ROUNDED = 2e-3  # what the directions of a frame are off that are written to three decimals
 PLANE_WORDS = {("i", "j", "k"): "ZXZ", ("eulpr", "eulnu", "eulrot"): "ZXZ", ("spa", "spb", "spc"): "xyz"}
@@ -34,26 +41,26 @@ class Plane(Calculation):
     frame: np.ndarray | None = None  # X, Y, Z in columns, shape (samples, 3, 3), once prepared from two directions
 
     @property
-    def given(self):
+    def given(self) -> Line:
         """All inputs."""
         return (*self.angles, *self.x, *self.y, *self.z, *self.corner)
 
     @property
-    def read(self):
+    def read(self) -> Line:
         """All places of which `prepare` needs the values."""
         return (*self.given, *self.line)
 
     @property
-    def periods(self):
+    def periods(self) -> dict[Place, float]:
         """Place of an angle → a turn."""
         return dict.fromkeys(self.results, 360.0 if self.degrees else 2 * np.pi)
 
-    def is_possible(self):
+    def is_possible(self) -> bool:
         """Whether the angles follow: from two directions, or from a normal but for the angle about it."""
         about_it = self.sequence[2] == "Z" or (self.sequence.islower() and self.sequence[0] != "z")
         return bool(self.x) or self.projected if len(self.results) == 3 else about_it
 
-    def draw(self, rng, units):
+    def draw(self, rng: np.random.Generator, units: dict[Place, float]) -> Values:
         """Place → samples: of frames at random, or of two directions or three points where these make the frame."""
         frame = np.moveaxis(_frame(*rng.normal(size=(2, SAMPLES, 3))), -1, 0)
         vectors = [
@@ -63,7 +70,7 @@ class Plane(Calculation):
         columns = zip((self.x, self.y, self.z, self.corner), vectors, strict=True)
         return {p: entry for places, column in columns for p, entry in zip(places, column.T, strict=False)}
 
-    def unround(self, inputs):
+    def unround(self, inputs: Values) -> None:
         """Square the frame of the sheet if it is one but for its last digits; else draw others as it is."""
         vectors = {each: np.stack([inputs[p] for p in each], axis=-1) for each in (self.x, self.y, self.z) if each}
         if not self.z:
@@ -86,7 +93,7 @@ class Plane(Calculation):
             length = lengths[places] if abs(lengths[places] - 1) > ROUNDED and places != self.y else 1.0
             inputs.update(zip(places, (vector * length).T, strict=True))
 
-    def prepare(self, values, units):
+    def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute the angles at the samples in `values`; of the two solutions the one that the sheet has."""
         turn, index = 180 / np.pi if self.degrees else 1.0, [self.line.index(p) for p in self.results]
         corner = look(values, self.corner) if self.corner else 0.0

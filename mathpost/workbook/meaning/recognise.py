@@ -3,8 +3,11 @@
 Labels only break ties: which triple is an angle, a point or an origin follows from where it goes.
 """
 
+from __future__ import annotations
+
 import re
 from itertools import combinations
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +23,11 @@ from mathpost.workbook.meaning.turns import Turns
 from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.sheet.tree import heads
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.task import Task
+
 SMALL = 1e-6  # a slope that is none
 MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 
@@ -33,10 +41,17 @@ class Recognised(Turns):
     understood may say more.
     """
 
-    def __init__(self, graph, task):
+    def __init__(self, graph: Graph, task: Task) -> None:
         super().__init__(graph, with_formulas=task.machine is None)
-        self.task, self.problems, self.doubts, self.vectors = task, [], {}, set()
-        self.calculations, self.steps, self.beside, self.depends, self._ends = [], [], [], {}, {}
+        self.task = task
+        self.problems: list[str] = []
+        self.doubts: dict[Line, str] = {}
+        self.vectors = set()
+        self.calculations: list[Any] = []  # Calculation
+        self.steps: list[Any] = []
+        self.beside: list[Line] = []
+        self.depends = {}
+        self._ends: dict[Place, Place] = {}
         count = len(self.typed & self.turning)
         self.sequence, self.active, self.by, unsure, self.names = reading(task, self.text, count)
         said = task.convention or self.active or re.search(PASSIVE, self.text, re.I)
@@ -64,8 +79,8 @@ class Recognised(Turns):
         self.calculations = [*self.planes, *self.calculations]
         if task.machine is None and not (task.cells or self.planes):
             conversions = [*find_conversions(self)]
-            made = [{*c.angles} for c in conversions if c.sequence != c.into]  # what turns by these is on the way
-            self.calculations = [c for c in self.calculations if c.point or {*c.angles} not in made] + conversions
+            into = [{*c.angles} for c in conversions if c.sequence != c.into]  # what turns by these is on the way
+            self.calculations = [c for c in self.calculations if c.point or {*c.angles} not in into] + conversions
             if re.search(QUATERNION, self.text, re.I):
                 for calculation in find_quaternions(self):
                     self._tell(calculation, self.calculations)

@@ -1,18 +1,25 @@
 """The rows of a table have one origin, and points and angles that stand as those of the others do."""
 
+from __future__ import annotations
+
 from collections import Counter
 from itertools import permutations
+from typing import TYPE_CHECKING
 
 from mathpost.workbook.meaning.texts import CENTRE, ORIGIN
 from mathpost.workbook.sheet.place import offset
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.place import Line
 
-def rows_alike(found):
+
+def rows_alike(found: Recognised) -> None:
     """Give the rows of each table of a `Recognised` workbook what the others say that they have.
 
     A table beside another one that has angles of its own has a point of its own, where one stands.
     """
-    tables = {}
+    tables: dict[Line, list] = {}
     for calculation in found.calculations:
         tables.setdefault(found.graph.component[calculation.results[0]], []).append(calculation)
     for rows in tables.values():  # one origin, even if a $ is missing

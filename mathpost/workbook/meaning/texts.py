@@ -1,9 +1,15 @@
 """What the texts of a sheet say that it was asked to do: sequence, convention, names of the angles."""
 
+from __future__ import annotations
+
 import re
+from typing import TYPE_CHECKING
 
 from mathpost import euler
 from mathpost.workbook.meaning.label import plain
+
+if TYPE_CHECKING:
+    from mathpost.workbook.task import Task
 
 BETWEEN = r"['’′]*[-–→·, ]*"
 SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
@@ -62,7 +68,7 @@ TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|(?<!R[·*×]R)ᵀ"
 TRANSPOSED += r"|\bR(?:\^T|\^-1|⁻¹) ?[·*×]? ?\(?p\b(?!['’′])"  # what becomes of the point, not of what became of it
 
 
-def reading(task, text, count=3):
+def reading(task: Task, text: str, count: int = 3) -> tuple[str, bool, str, list[str], tuple[str, ...]]:
     """Sequence, whether it is active, and who says so: the task, else the texts of the sheet, else source 000.
 
     And why that is doubtful, if it is, and the names of the angles in the order of the sequence, if a product of
@@ -76,8 +82,8 @@ def reading(task, text, count=3):
     said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for line in turns for f in NUMBERED.finditer(line)}
     in_words = [re.findall(ONE_AXIS, line, re.I) for line in text.splitlines()]
     said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
-    parts = ([f[1] or ">" for f in AXIS_OR_THEN.finditer(line)] for line in turns)
-    parts = ["".join(part).upper() for part in parts if part.count(">") > 1 and part[0] != ">"]
+    ways = ([f[1] or ">" for f in AXIS_OR_THEN.finditer(line)] for line in turns)
+    parts = ["".join(part).upper() for part in ways if part.count(">") > 1 and part[0] != ">"]
     said |= {axes for part in parts if len(axes := part.replace(">", "")) == 3}
     said &= set(euler.SEQUENCES)
     if not said and re.search(PASSIVE + "|" + SAID_ACTIVE, text, re.I) and re.search(YAW_PITCH_ROLL, text, re.I):
@@ -102,10 +108,9 @@ def reading(task, text, count=3):
     active = task.convention == "active" if task.convention else active
     turning = re.search(TURNING, text, re.I) or PRIMED.search(text)
     # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not.
-    names, chains = (
-        (),
-        (*CHAIN.finditer(text), *SPACED.finditer(text), *(PAIR.finditer(text) if count == 2 else ())),
-    )
+    names: tuple[str, ...] = ()
+    pairs = PAIR.finditer(text) if count == 2 else ()
+    chains = (*CHAIN.finditer(text), *SPACED.finditer(text), *pairs)
     for chain in chains:
         axes, angles = "".join(chain.groups()[::2]).upper().translate(NUMBERS), [*chain.groups()[1::2]]
         in_order = all(angles) and angles == sorted(set(angles))

@@ -1,12 +1,19 @@
 """Which cells are vectors: linear in some lengths, in line, and which inputs each cell depends on."""
 
+from __future__ import annotations
+
 from collections import Counter
+from collections.abc import Iterable
 from itertools import combinations, count, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.workbook.meaning.given import Given
 from mathpost.workbook.sheet.place import offset
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Place
 
 MOVES = 300  # inputs of one formula: what is made of more is no coordinate
 PAIRS = 400  # slopes that are compared
@@ -75,7 +82,7 @@ class Vectors(Given):
                 self.turned[place] = turned
                 self.unmoved[place] = {p for p, slope in turned.items() if abs(slope - 1) < 1e-9}
 
-    def turned_by(self, places):
+    def turned_by(self, places: Iterable[Place]) -> set[Place]:
         """The angles on which some cells depend."""
         return {s for p in places for s in self.depends.get(p, ()) if s in self.angles}
 

@@ -1,7 +1,11 @@
 """What stands in the cells of a workbook, its formulas as trees, and how a place is written and read."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mathpost.bounds import TooLarge
 from mathpost.errors import InputError
@@ -10,6 +14,11 @@ from mathpost.workbook.sheet.formula import NotUnderstood, parse
 from mathpost.workbook.sheet.lookup import resolved
 from mathpost.workbook.sheet.shorthand import blanks_as_before, running_totals
 from mathpost.workbook.sheet.tree import areas, form_of
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.file import Book
+    from mathpost.workbook.sheet.formula import Area, Tree
+    from mathpost.workbook.sheet.place import Place
 
 WORK = 20_000_000  # steps from cell to cell
 
@@ -23,7 +32,7 @@ class Cells:
     steps from cell to cell, of which there may be `WORK`.
     """
 
-    def __init__(self, book, other=None):
+    def __init__(self, book: Book, other: Mapping[Place, tuple[str, tuple]] | None = None) -> None:
         self.book, self.names, self.cells = book, book.names, dict(book.cells)
         self.trees, self.part, self.unread, self.work = {}, {}, {}, 0
         for place, (formula, anchor) in (other or {}).items():
@@ -31,7 +40,8 @@ class Cells:
         self.meant = {place: cell.meant for place, cell in self.cells.items()}
         self.sheets = {name.lower(): name for name in book.sheets}
         self.numbers = {name: n for n, name in enumerate(book.sheets)}
-        parsed, self._forms = {}, {}
+        parsed: dict[tuple[str, str], Tree] = {}
+        self._forms: dict[int, tuple[str, Tree]] = {}
         for place, cell in self.cells.items():
             key = place[0], cell.formula
             try:
@@ -43,7 +53,7 @@ class Cells:
                 self.unread[place] = str(error)
             if cell.anchor:
                 self.part[place] = place[1] - cell.anchor[0], place[2] - cell.anchor[1]
-        self._arrays = {}
+        self._arrays: dict[tuple, list[Place]] = {}
         for place in self.part:
             self._arrays.setdefault((place[0], self.cells[place].anchor), []).append(place)
         self.trees |= running_totals(self.trees, self.part)
@@ -51,7 +61,7 @@ class Cells:
         self.trees |= unchanged
         self._modal = unchanged.keys()
 
-    def count(self, steps):
+    def count(self, steps: int) -> None:
         """Count some steps; raise `TooLarge` if there were too many."""
         self.work += steps
         if self.work > WORK:
@@ -66,17 +76,17 @@ class Cells:
 
     # Places.
 
-    def address(self, place):
+    def address(self, place: Place) -> str:
         """Return a place as ``Sheet!B5``."""
         quoted = f"'{place[0]}'" if re.search(r"[^\w.]", place[0]) else place[0]
         return f"{quoted}!{self.short(place)}"
 
     @staticmethod
-    def short(place):
+    def short(place: Place) -> str:
         """Return a place as ``B5``."""
         return local_address(place[1:])
 
-    def ranges(self, places):
+    def ranges(self, places: Iterable[Place]) -> Iterator[str]:
         """Write places as addresses, runs in a row or a column as ranges."""
         left = sorted(places, key=lambda p: (self.reading_order(p)[0], p[2], p[1]))
         while left:
@@ -85,12 +95,12 @@ class Cells:
                 run.append(left.pop(0))
             yield self.range(run)
 
-    def range(self, places):
+    def range(self, places: Sequence[Place]) -> str:
         """The first and the last of some places, as ``Sheet!B2:B4``."""
         first = self.address(places[0])
         return first if len(places) == 1 else f"{first}:{self.short(places[-1])}"
 
-    def named(self, name, text):
+    def named(self, name: str, text: str) -> Area:
         """Return the `Area` of an address such as ``Sheet1!B2:B4``; raise `InputError` if it is none."""
         try:
             (area,) = areas(parse(f"={text}", self.book.sheets[0], self.names, self.sheets))
@@ -99,31 +109,31 @@ class Cells:
             raise InputError(f"cells, {name!r}", known, repr(text)) from None
         return area
 
-    def reading_order(self, place):
+    def reading_order(self, place: Place) -> tuple[int, int, int]:
         """A key that sorts places by sheet, row and column."""
         return (self.numbers[place[0]], *place[1:])
 
-    def array(self, place):
+    def array(self, place: Place) -> list[Place]:
         """The cells of the array formula that a cell is of, itself first; or the cell alone."""
         mates = self._arrays[place[0], self.cells[place].anchor] if place in self.part else ()
         return [place, *(p for p in mates if p != place)]
 
-    def is_array(self, places):
+    def is_array(self, places: Sequence[Place]) -> bool:
         """Whether some cells are of one array formula."""
         arrays = {(p[0], self.cells[p].anchor, id(self.trees.get(p))) if p in self.part else p for p in places}
         return len(arrays) == 1 and places[0] in self.part
 
     # What stands in a place.
 
-    def value(self, place):
+    def value(self, place: Place) -> float | None:
         """The number in a cell as the file holds it, texts such as 54,7356 included, or None."""
         return self.meant.get(place)
 
-    def tree(self, place):
+    def tree(self, place: Place) -> Tree:
         """The formula in a cell; an empty text where there is none."""
         return self.trees.get(place, ("text", ""))
 
-    def form(self, place):
+    def form(self, place: Place) -> str | None:
         """The formula of a cell as text with all references of one size alike, or None."""
         if place not in self.trees:
             return None

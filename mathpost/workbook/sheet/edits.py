@@ -1,9 +1,13 @@
 """Single repairs of a formula: what somebody may have meant, the likeliest first."""
 
+from __future__ import annotations
+
 from collections import Counter
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations, permutations, product
+from typing import TYPE_CHECKING, Any
 
 from mathpost.rotation import wrap
 from mathpost.workbook.sheet.formula import Area, area_of
@@ -24,6 +28,12 @@ from mathpost.workbook.sheet.tree import (
     with_areas,
 )
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.samples import Values
+
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
 MOST_ROWS = 9  # from which a formula was filled
@@ -33,7 +43,14 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
 
-def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
+def repaired(
+    graph: Graph,
+    wanted: Values,
+    values: Values,
+    inputs: Iterable[Place] = (),
+    windows: Iterable[Line] = (),
+    period: float | None = None,
+) -> tuple[str, str, Tree] | None:
     """Return (cause, sentence, tree) of the single repair of a formula that gives, with `values`, those `wanted`.
 
     These are of a cell, or of several of one array formula; `inputs` and matrices, `windows`, may be meant wherever
@@ -50,12 +67,14 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
     return None
 
 
-def said(place, old, new):
+def said(place: Place, old: Tree, new: Tree) -> str:
     """A repair of a part of the formula in `place`, in words."""
     return f"{text_of(old, place[0])} should be {text_of(new, place[0])}"
 
 
-def edits(graph, place, inputs=(), windows=()):
+def edits(
+    graph: Graph, place: Place, inputs: Iterable[Place] = (), windows: Iterable[Line] = ()
+) -> Iterator[tuple[str, Tree, Tree, Tree]]:
     """Yield (cause, part, what it may have to be, whole tree) for every single repair of the formula in `place`."""
     tree, there = graph.trees[place], graph.component.keys()
     parts = dict(walk(tree))
@@ -78,18 +97,18 @@ def edits(graph, place, inputs=(), windows=()):
             new = ("TRANSPOSE", parts[path])
             yield "transposed", parts[path], new, put(tree, path, new)
     for a, b in combinations(dict.fromkeys(area for _, area in references if area.shape == (1, 1)), 2):
-        new = with_areas(tree, [{a: b, b: a}.get(area, area) for _, area in references])
+        new = with_areas(tree, [b if area == a else a if area == b else area for _, area in references])
         pair = [heads(graph.tree(area.places[0])) & TRIGONOMETRY.keys() for area in (a, b)]
         yield "sin and cos exchanged" if {"SIN"} in pair and {"COS"} in pair else "wrong reference", tree, new, new
     for path, area, other in _elsewhere(graph, place, references, inputs, windows):
         if other and other != area and place not in other.places and not there.isdisjoint(other.places):
             yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
             if count[area] > 1:  # all that refer there
-                new = with_areas(tree, [other if each == area else each for _, each in references])
+                new = with_areas(tree, [other if own == area else own for _, own in references])
                 yield "wrong reference", parts[path], ("area", other), new
     for n, (down, right) in product(range(1, MOST_ROWS), ((-1, 0), (0, -1))):  # all that lost their $
         ends = [{area.top, area.bottom} if down else {area.left, area.right} for _, area in references]
-        moved = [
+        moved: list[Any] = [
             area if end == {place[1] if down else place[2]} else area.moved(n * down, n * right)
             for end, (_, area) in zip(ends, references, strict=True)
         ]
@@ -97,8 +116,8 @@ def edits(graph, place, inputs=(), windows=()):
             yield "wrong reference", tree, with_areas(tree, moved), with_areas(tree, moved)
     for longer in zip(*(_longer(area) for _, area in references if area.shape != (1, 1)), strict=True):
         if len(longer) > 1 and all(longer):
-            longer = iter(longer)
-            new = with_areas(tree, [area if area.shape == (1, 1) else next(longer) for _, area in references])
+            each = iter(longer)
+            new = with_areas(tree, [area if area.shape == (1, 1) else next(each) for _, area in references])
             yield "wrong reference", tree, new, new
     for path, part in parts.items():
         for new in _exact(part):
@@ -118,14 +137,13 @@ def edits(graph, place, inputs=(), windows=()):
             yield "wrong value", tree, new, new
     unlike = []
     for near in beside(place):  # filled from there
-        new = filled(graph, near, place)
-        count = len(areas(new or ("text",)))
-        if count >= len(references) > 0:
-            if graph.form(near) == graph.form(place) or count > len(references):
-                cause = "missing term" if count > len(references) else "wrong reference"
-                yield cause, tree, new, new
+        other = filled(graph, near, place)
+        more = len(areas(other)) - len(references) if other else -1
+        if other and references and more >= 0:
+            if graph.form(near) == graph.form(place) or more:
+                yield "missing term" if more else "wrong reference", tree, other, other
             else:
-                unlike.append(new)
+                unlike.append(other)
     for factor in ("*", "/") if "*" not in heads(tree) or heads(tree).isdisjoint({"+", "-"}) else ():
         new = (factor, tree, ("number", 2.0))
         yield "half angle", tree, new, new
@@ -170,7 +188,7 @@ def _longer(area):
         yield other if min(*other.shape, other.top, other.left) > 0 else None
 
 
-def converted(tree, function):
+def converted(tree: Tree, function: str) -> Tree:
     """The tree with the argument of every sine and cosine in `function`."""
     parts = tuple(converted(part, function) if isinstance(part, tuple) else part for part in tree)
     return (parts[0], (function, parts[1])) if tree[0] in TRIGONOMETRY else parts
@@ -264,7 +282,7 @@ def _exact(part):
         yield new
 
 
-def take_unrounded(graph, places, before=()):
+def take_unrounded(graph: Graph, places: Collection[Place], before: Iterable[Place] = ()) -> None:
     """Take results as they are before they are rounded, if most are; and what they are copies of."""
     own = graph.own  # of the formulas as they are
     rounded = {p: tree for p in places if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}

@@ -3,11 +3,18 @@
 Values are arrays of shape (samples, rows, columns): a scalar is (samples, 1, 1).
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.workbook.sheet.formula import POWER, NotUnderstood
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Tree
 
 
 def _rounded(how):
@@ -97,7 +104,12 @@ FUNCTIONS = {
 }
 
 
-def evaluate(tree, look, functions=FUNCTIONS, held=()):
+def evaluate(
+    tree: Tree,
+    look: Callable[..., np.ndarray],
+    functions: Mapping[str, Callable] = FUNCTIONS,
+    held: Mapping[int, np.ndarray] | tuple[()] = (),
+) -> np.ndarray:
     """Return the value of a tree, shape (samples, rows, columns); `look(area)` returns that of an area.
 
     ``look(area, numbers_only=True)`` leaves out empty cells and texts, so that what is left is one row; `held` has

@@ -1,5 +1,7 @@
 """Workbooks read as plain cells, safely: what could harm or mislead is refused by name before it is opened."""
 
+from __future__ import annotations
+
 import csv
 import os
 import re
@@ -9,7 +11,9 @@ import subprocess
 import tempfile
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
+from subprocess import DEVNULL
 
 import openpyxl
 from openpyxl.utils import get_column_letter, range_boundaries
@@ -39,13 +43,14 @@ class Cell:
     anchor: tuple = ()
 
     @property
-    def number(self):
+    def number(self) -> float | None:
         """The value as a float, or None if it is not a number."""
-        is_number = isinstance(self.value, int | float) and not isinstance(self.value, bool)
-        return float(self.value) if is_number else None
+        if isinstance(self.value, int | float) and not isinstance(self.value, bool):
+            return float(self.value)
+        return None
 
     @property
-    def meant(self):
+    def meant(self) -> float | None:
         """The number that a text such as ``54,7356`` or ``54.7356°`` means; `number` where one stands."""
         text = "" if self.formula else re.sub(r"\s", "", str(self.value))
         if not isinstance(self.value, str) or not NUMBER_AS_TEXT.fullmatch(text) or not re.search("[.,°]", text):
@@ -67,12 +72,12 @@ class Book:
     notes: tuple = ()
 
 
-def local_address(place):
+def local_address(place: tuple[int, int]) -> str:
     """Return (row, column) as ``B5``."""
     return f"{get_column_letter(place[1])}{place[0]}"
 
 
-def read(path, *, rows=20_000):
+def read(path: str | PathLike[str], *, rows: int = 20_000) -> Book:
     """Read the first `rows` rows of each sheet of an .xlsx or .csv file, or of what LibreOffice converts."""
     path = Path(path)
     kind = inspect(path)
@@ -180,7 +185,7 @@ def _names(defined, own_sheet):
             yield name.upper(), Area(sheet or own_sheet, top, left, bottom, right, (True, True))
 
 
-def recalculate(path, folder, kind="xlsx"):
+def recalculate(path: str | PathLike[str], folder: str | PathLike[str], kind: str = "xlsx") -> Path:
     """Have LibreOffice calculate the spreadsheet `path`; return a copy as .xlsx, which it puts into `folder`."""
     office, expected = shutil.which("soffice"), "an .xlsx workbook or a .csv file"
     if office is None:
@@ -194,9 +199,8 @@ def recalculate(path, folder, kind="xlsx"):
     profile = f"-env:UserInstallation={(folder / 'profile').resolve().as_uri()}"
     command = [office, "--headless", "--norestore", profile, "--convert-to", "xlsx"]
     command += ["--outdir", str(result.parent), str(source)]
-    quiet = {name: subprocess.DEVNULL for name in ("stdin", "stdout", "stderr")}
     # In a session of its own, because LibreOffice is a script that starts a program.
-    process = subprocess.Popen(command, start_new_session=True, **quiet)
+    process = subprocess.Popen(command, start_new_session=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL)
     try:
         with suppress(subprocess.TimeoutExpired):
             process.wait(timeout=120)

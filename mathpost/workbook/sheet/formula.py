@@ -4,17 +4,25 @@ A tree is a tuple of a head and its parts: ``("number", 2.0)``, ``("text", "a")`
 ``("SIN", tree)``, ``("minus", tree)``, ``("+", left, right)``.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from openpyxl.formula import Tokenizer
 from openpyxl.utils import get_column_letter, range_boundaries
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Place
 
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
 LOGICAL = {"TRUE": 1.0, "FALSE": 0.0}
 LARGEST = 20_000  # cells of a range
 LEVELS, PARTS, LETTERS = 100, 20_000, 8192  # of a formula, the names in it included; a spreadsheet takes 64 levels
+Tree = tuple[Any, ...]
 
 
 class NotUnderstood(ValueError):
@@ -33,45 +41,51 @@ class Area:
     fixed: tuple = (False, False)
 
     @cached_property
-    def places(self):
+    def places(self) -> list[Place]:
         """The (sheet, row, column) of the cells, row by row."""
         columns = range(self.left, self.right + 1)
         return [(self.sheet, row, column) for row in range(self.top, self.bottom + 1) for column in columns]
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return self.bottom - self.top + 1, self.right - self.left + 1
 
-    def but_last(self):
+    def but_last(self) -> Area:
         """Return the area without its last row, or column if it has but one row."""
         rows, columns = self.shape
         return Area(self.sheet, self.top, self.left, self.bottom - (rows > 1), self.right - (rows == 1 < columns))
 
-    def moved(self, rows, columns):
+    def moved(self, rows: int, columns: int) -> Area | None:
         """Return the area `rows` further down and `columns` further right; None if it leaves the sheet."""
         corners = self.top + rows, self.left + columns, self.bottom + rows, self.right + columns
         return Area(self.sheet, *corners, self.fixed) if min(corners) > 0 else None
 
-    def filled(self, rows, columns):
+    def filled(self, rows: int, columns: int) -> Area | None:
         """Return the area in a formula filled so far down and to the right; None if it leaves the sheet."""
         return self.moved(rows * (not self.fixed[0]), columns * (not self.fixed[1]))
 
-    def steps_to(self, other):
+    def steps_to(self, other: Area) -> tuple[int, int]:
         """How far it is to another area, down and to the right."""
         return other.top - self.top, other.left - self.left
 
-    def __str__(self):
+    def __str__(self) -> str:
         first, last = f"{get_column_letter(self.left)}{self.top}", f"{get_column_letter(self.right)}{self.bottom}"
         return first if first == last else f"{first}:{last}"
 
 
-def area_of(places):
+def area_of(places: Sequence[Place]) -> Area:
     """Return the `Area` from the first to the last of `places`."""
     return Area(*places[0], *places[-1][1:])
 
 
-def parse(text, sheet, names, sheets=None, left=None):
+def parse(
+    text: str,
+    sheet: str,
+    names: Mapping[str, Area | str],
+    sheets: Mapping[str, str] | None = None,
+    left: list[int] | None = None,
+) -> Tree:
     """Return the tree of a formula, with its ``=``, that stands in `sheet`; raise `NotUnderstood` if it has none.
 
     `names` has the `Area` or formula of each name in upper case, `sheets`, if given, the sheets that are there, by
@@ -109,8 +123,8 @@ class _Reader:
 
     tokens: list
     sheet: str
-    names: dict
-    sheets: dict
+    names: Mapping[str, Area | str]
+    sheets: Mapping[str, str]
     left: list  # levels and parts
 
     def expression(self, least=0):

@@ -1,7 +1,11 @@
 """A workbook as one graph of functions: what all cells are at many inputs at once."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +14,11 @@ from mathpost.workbook.sheet.formula import NotUnderstood
 from mathpost.workbook.sheet.links import Links
 from mathpost.workbook.sheet.samples import SAMPLES, at, at_samples
 from mathpost.workbook.sheet.tree import exact, parts_of, unrounded
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Area, Tree
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.sheet.samples import Values
 
 SIX_DIGITS = 1e-6  # relative
 ZERO = np.zeros(1)
@@ -22,7 +31,14 @@ class Graph(Links):
     A value has the shape (samples,), or (1,) where it is the same at all of them.
     """
 
-    def run(self, given, base=None, only=None, functions=FUNCTIONS, put=()):
+    def run(
+        self,
+        given: Values,
+        base: Values | None = None,
+        only: Collection[Place] | None = None,
+        functions: Mapping[str, Callable] = FUNCTIONS,
+        put: Mapping[Place, tuple[np.ndarray, np.ndarray]] | None = None,
+    ) -> Values:
         """Evaluate the formulas, all or `only` some: place → array of shape (samples,).
 
         `given` has values in place of the file's, of typed numbers and of formulas; `base` is an earlier run, of
@@ -44,17 +60,19 @@ class Graph(Links):
                 if key not in arrays:
                     arrays[key] = self.calculate(tree, values, functions)
                 values[place] = at(arrays[key], index)
-            if place in put:
-                values[place] = np.where(*put[place], values[place])
+            if put and place in put:
+                where, other = put[place]
+                values[place] = np.where(where, other, values[place])
         return values
 
-    def run_each(self, options, given, base, only):
+    def run_each(self, options: Sequence[Values], given: Values, base: Values, only: Collection[Place]) -> Values:
         """Evaluate `only` some formulas for each of some options, place → values, in one pass: side by side.
 
         Returns place → array of shape (options, samples), of those and of what the options hold. `given` and `base`
         are as in `run`.
         """
-        size, put = len(options) * SAMPLES, {}
+        size = len(options) * SAMPLES
+        put: dict[Place, tuple[np.ndarray, np.ndarray]] = {}
         for n, option in enumerate(options):
             for place, value in option.items():
                 where, held = put.setdefault(place, (np.zeros(size, bool), np.zeros(size)))
@@ -69,33 +87,46 @@ class Graph(Links):
         fixed = {place: wide[place] for place in wide if place in given}
         for place in put:
             if place in given or place not in self.trees:
-                fixed[place] = np.where(*put[place], wide.get(place, self.constants.get(place, ZERO)))
+                where, held = put[place]
+                fixed[place] = np.where(where, held, wide.get(place, self.constants.get(place, ZERO)))
         found = self.run(fixed, wide, only, put=put)
         places = (place for place in {*only, *put} if place in found)
         return {place: np.broadcast_to(found[place], size).reshape(-1, SAMPLES) for place in places}
 
     @cached_property
-    def own(self):
+    def own(self) -> dict[Place, float | None]:
         """Place → the number that stands there, or that the formula gives with the file's inputs; None for text."""
         return self.meant | {place: float(values[0]) for place, values in self.run({}).items()}
 
     @cached_property
-    def errors(self):
+    def errors(self) -> set[Place]:
         """The places that show an error such as #DIV/0!, typed, stored or at the sheet's own inputs.
 
         And texts that a formula gives which gives numbers elsewhere.
         """
         shown = self.trees.keys() - self.downstream(self.not_evaluated)
-        no_number = {p for p in shown if self.own.get(p) is not None and not np.isfinite(self.own[p])}
+        no_number = {p for p in shown if (own := self.own.get(p)) is not None and not np.isfinite(own)}
         forms = {self.form(p) for p in self.trees.keys() - self.messages}
         texts = {p for p in self.messages & self.trees.keys() if self.cells[p].value and self.form(p) in forms}
         return {p for p, cell in self.cells.items() if cell.error} | no_number - self.messages | texts
 
-    def cell(self, place, values, tree=None, held=()):
+    def cell(
+        self,
+        place: Place,
+        values: Values,
+        tree: Tree | None = None,
+        held: Mapping[int, np.ndarray] | tuple[()] = (),
+    ) -> np.ndarray:
         """What the formula of a cell gives, or `tree` in its place: shape (samples,) or (1,)."""
         return at(self.calculate(tree or self.trees[place], values, held=held), self.part.get(place, (0, 0)))
 
-    def calculate(self, tree, values, functions=FUNCTIONS, held=()):
+    def calculate(
+        self,
+        tree: Tree,
+        values: Values,
+        functions: Mapping[str, Callable] = FUNCTIONS,
+        held: Mapping[int, np.ndarray] | tuple[()] = (),
+    ) -> np.ndarray:
         """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""
         try:
             with np.errstate(all="ignore"):
@@ -103,15 +134,15 @@ class Graph(Links):
         except NotUnderstood:
             return np.full((1, 1, 1), np.nan)
 
-    def parts_at(self, tree, values):
+    def parts_at(self, tree: Tree, values: Values) -> dict[int, np.ndarray]:
         """The values of all parts of a tree, by their identity, for formulas that share most parts with it."""
-        held = {}
+        held: dict[int, np.ndarray] = {}
         for part in [*parts_of(tree)][::-1]:
             with suppress(NotUnderstood):
                 held[id(part)] = evaluate(part, partial(self.look, values=values), held=held)
         return held
 
-    def look(self, area, values, *, numbers_only=False):
+    def look(self, area: Area, values: Values, *, numbers_only: bool = False) -> np.ndarray:
         """The values of an area, shape (samples, rows, columns): 0 for an empty cell, NaN for text.
 
         With `numbers_only` both are left out, texts such as 54,7356 as well, and the others are in one row; where
@@ -136,7 +167,7 @@ class Graph(Links):
         return found.reshape(len(found), *shape)
 
     @cached_property
-    def constants(self):
+    def constants(self) -> Values:
         """Place of a cell that is not calculated → what it holds, shape (1,), NaN for text."""
         held = {p: None if p in self.trees else n for p, n in self.meant.items()}
         empty = {p for p, cell in self.cells.items() if cell.value is None and not cell.formula}
@@ -144,7 +175,7 @@ class Graph(Links):
 
     # What is written differently from what is meant.
 
-    def unround(self):
+    def unround(self) -> None:
         """Take the rounding off what is only shown, by cells that none uses but for a message: it is no slip.
 
         Nor is a π of six digits.
@@ -156,7 +187,7 @@ class Graph(Links):
             if self.messages.issuperset(self.used.get(place, ())):
                 self.trees[place] = unrounded(self.trees[place])
 
-    def cut_off(self):
+    def cut_off(self) -> Iterator[tuple[list[Place], tuple[int, int]]]:
         """Yield the cells of array formulas that give more rows or columns than there are cells, and how many."""
         values = self.run({})
         for anchor in dict.fromkeys((p[0], *self.cells[p].anchor) for p in self.part):

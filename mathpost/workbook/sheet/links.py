@@ -1,13 +1,21 @@
 """Which cell of a workbook uses which, in which order they follow, and which hang together on the sheet."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
 
 from mathpost.bounds import TooLarge
 from mathpost.workbook.sheet.cells import Cells
 from mathpost.workbook.sheet.evaluate import FUNCTIONS
 from mathpost.workbook.sheet.place import beside
 from mathpost.workbook.sheet.tree import areas, gives_text, heads, walk
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.place import Line, Place
 
 MOST_FORMULAS = 20_000  # that are looked at one by one
 ASIDE = 300  # formulas apart from all rotations: so many are judged
@@ -23,17 +31,17 @@ class Links(Cells):
 
     aside = ()
 
-    def used_by(self, tree):
+    def used_by(self, tree: Tree) -> list[Place]:
         """The places that a tree refers to."""
         return list(dict.fromkeys(place for area in areas(tree) for place in area.places))
 
     @cached_property
-    def parts(self):
+    def parts(self) -> list[tuple[tuple, Tree]]:
         """The parts of all formulas, as `walk` yields them."""
         return [part for tree in {id(t): t for t in self.trees.values()}.values() for part in walk(tree)]
 
     @cached_property
-    def uses(self):
+    def uses(self) -> dict[Place, list[Place]]:
         """Place of a formula → the places it refers to, in order and without repetition."""
         trees = {id(t): t for t in self.trees.values()}
         self.count(sum(area.shape[0] * area.shape[1] for tree in trees.values() for area in areas(tree)))
@@ -41,20 +49,20 @@ class Links(Cells):
         return {place: found[id(tree)] for place, tree in self.trees.items()}
 
     @cached_property
-    def used(self):
+    def used(self) -> dict[Place, list[Place]]:
         """Place → the formulas that refer to it."""
-        found = {}
+        found: dict[Place, list[Place]] = {}
         for place, sources in self.uses.items():
             for source in sources:
                 found.setdefault(source, []).append(place)
         return found
 
-    def upstream(self, places, given=()):
+    def upstream(self, places: Iterable[Place], given: Collection[Place] = ()) -> set[Place]:
         """Everything that `places` depend on, themselves included; not what those `given` depend on."""
         links = self.uses.get
         return self._reached(places, (lambda place: None if place in given else links(place)) if given else links)
 
-    def downstream(self, places):
+    def downstream(self, places: Iterable[Place]) -> set[Place]:
         """Everything that depends on `places`, themselves included."""
         return self._reached(places, self.used.get)
 
@@ -71,7 +79,7 @@ class Links(Cells):
         return found
 
     @cached_property
-    def order(self):
+    def order(self) -> list[Place]:
         """The formulas, each after those that it uses."""
         links = {place: [s for s in sources if s in self.trees] for place, sources in self.uses.items()}
         self.circular = set()
@@ -90,19 +98,19 @@ class Links(Cells):
         return {place: n for n, place in enumerate(self.order)}
 
     @cached_property
-    def level(self):
+    def level(self) -> dict[Place, int]:
         """Place of a formula → the length of the longest chain of formulas that leads to it."""
-        found = {}
+        found: dict[Place, int] = {}
         for place in self.order:
             found[place] = 1 + max((found.get(source, 0) for source in self.uses[place]), default=0)
         return found
 
-    def calculation_order(self, place):
+    def calculation_order(self, place: Place) -> tuple[int, tuple[int, int, int]]:
         """A key that sorts places by how many formulas in a chain lead to them, then as they are read."""
         return self.level.get(place, 0), self.reading_order(place)
 
     @cached_property
-    def components(self):
+    def components(self) -> list[Line]:
         """Numbers and formulas that hang together edge to edge, as they are read."""
         found, left = [], {p for p, cell in self.cells.items() if cell.formula or self.meant[p] is not None}
         for place in sorted(left, key=self.reading_order):
@@ -113,21 +121,21 @@ class Links(Cells):
         return found
 
     @cached_property
-    def component(self):
+    def component(self) -> dict[Place, Line]:
         """Place of a number or formula → the component that it is of."""
         return {place: component for component in self.components for place in component}
 
     # What is no number of a calculation.
 
     @cached_property
-    def texts(self):
+    def texts(self) -> set[Place]:
         """The places of texts that are typed."""
         return {
             p for p, cell in self.cells.items() if isinstance(cell.value, str) and not (cell.formula or cell.error)
         }
 
     @cached_property
-    def messages(self):
+    def messages(self) -> set[Place]:
         """The formulas that give a text."""
         found = set()
         for place in (*self.order, *self.unread):
@@ -141,12 +149,12 @@ class Links(Cells):
         return found
 
     @cached_property
-    def not_evaluated(self):
+    def not_evaluated(self) -> set[Place]:
         """The places of formulas of which a function is not known here."""
         known = {*FUNCTIONS, "number", "text", "area"}
         return {*self.unread, *(place for place, tree in self.trees.items() if heads(tree) - known)}
 
-    def set_aside(self):
+    def set_aside(self) -> None:
         """Leave out the formulas that are apart from all rotations, if these are many."""
         turning = [place for place, tree in self.trees.items() if heads(tree) & TURNS]
         near = self.upstream(self.downstream(turning))

@@ -4,10 +4,18 @@ The check looks at what that cell becomes; that a lookup finds another cell than
 And an IF that texts or empty cells decide, as of a row that is not filled in, is what it decides for.
 """
 
+from __future__ import annotations
+
 import operator as op
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mathpost.workbook.sheet.formula import Area
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.place import Place
 
 HOLDS = {
     "ISBLANK": lambda value: value == "",
@@ -17,7 +25,7 @@ HOLDS = {
 COMPARED = {"=": op.eq, "<>": op.ne, "<": op.lt, ">": op.gt, "<=": op.le, ">=": op.ge}
 
 
-def resolved(tree, held):
+def resolved(tree: Tree, held: Callable[[Place], object]) -> Tree:
     """Return a tree with a reference for every lookup that finds a cell; `held(place)` is what is typed there.
 
     Examples
@@ -89,9 +97,9 @@ def _index(held, table, row, column=None):
 
 def _offset(held, table, *steps):
     """The range so many rows and columns further, and of so many."""
-    down, right, *size = (_number(held, step) for step in steps)
-    area = table[1].moved(down, right)
-    rows, columns = (*size, *area.shape[len(size) :])
+    numbers = [_number(held, step) for step in steps]
+    area = table[1].moved(*numbers[:2])
+    rows, columns = (numbers[n] if n < len(numbers) else area.shape[n - 2] for n in (2, 3))
     return "area", replace(area, bottom=area.top + rows - 1, right=area.left + columns - 1)
 
 

@@ -1,7 +1,11 @@
 """What the formulas around a cell say that it should hold: those that go on by filling, or in equal steps."""
 
+from __future__ import annotations
+
 from collections import Counter
+from collections.abc import Iterator
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,19 +13,25 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.tree import areas, parts_of, with_areas
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Place
+
 TELLING = 3  # decimals, that a formula does not make by luck
 WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
-def filled(graph, near, place):
+def filled(graph: Graph, near: Place, place: Place) -> Tree | None:
     """The formula of a cell filled to a place; None if it has none, or is of an array of several cells."""
     if near not in graph.trees or len(graph.array(near)) > 1:
         return None
-    moved = [area.filled(place[1] - near[1], place[2] - near[2]) for area in areas(graph.trees[near])]
-    return with_areas(graph.trees[near], moved) if moved and all(moved) else None
+    own = areas(graph.trees[near])
+    moved = [area for each in own if (area := each.filled(place[1] - near[1], place[2] - near[2]))]
+    return with_areas(graph.trees[near], moved) if own and len(moved) == len(own) else None
 
 
-def between(graph, place, least):
+def between(graph: Graph, place: Place, least: int) -> Tree | None:
     """The formula that those on both sides of a cell are filled from, in a line of `least` with the cell."""
     for down, right in WAYS[:2]:
         line = [offset(place, n * down, n * right) for n in (-2, -1, 1, 2)]
@@ -31,7 +41,7 @@ def between(graph, place, least):
     return None
 
 
-def along(graph, place):
+def along(graph: Graph, place: Place) -> Iterator[Tree]:
     """Yield the formulas of two cells before or after a cell, filled."""
     for down, right in WAYS:
         near, next_one = (offset(place, n * down, n * right) for n in (1, 2))
@@ -45,14 +55,14 @@ def _goes_on(graph, a, b):
     return alike and (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
 
 
-def as_around(graph, place):
+def as_around(graph: Graph, place: Place) -> Tree | None:
     """The formula of a cell if it went on as those around it do, of the same form; None if they do not say."""
     (sheet, row, column), form, found = place, graph.form(place), []
     near = [(sheet, row + r, column + c) for r in range(-3, 4) for c in range(-3, 4) if r or c]
     near = [p for p in near if graph.component.get(p) is graph.component[place] and graph.form(p) == form]
     around = {p: areas(graph.trees[p]) for p in near}
     for k in range(len(areas(graph.trees[place]))):
-        votes = Counter()
+        votes: Counter = Counter()
         for down, right in ((1, 0), (0, 1)):
             pairs = [(p, (p[0], p[1] + down, p[2] + right)) for p in around]
             steps = Counter(around[p][k].steps_to(around[q][k]) for p, q in pairs if q in around)
@@ -67,7 +77,7 @@ def as_around(graph, place):
     return with_areas(graph.trees[place], found) if found else None
 
 
-def typed_over(graph):
+def typed_over(graph: Graph) -> dict[Place, Tree]:
     """Return place → formula of a number where those around go on that make it, or take what nobody else does.
 
     A formula such as =RADIANS(20), or with some numbers for references, is such a number.
@@ -78,11 +88,12 @@ def typed_over(graph):
         other, is_used, own = between(graph, place, 3), place in graph.used, set(graph.uses.get(place, ()))
         sources = set(graph.used_by(other or ("text",)))
         lost = sources & numbers - graph.used.keys()
-        if not own and is_used and lost and graph.component.keys() >= sources:
+        if other and not own and is_used and lost and graph.component.keys() >= sources:
             found[place] = other
         for tree in (other, *along(graph, place)):
-            fewer = tree and own < set(graph.used_by(tree))
-            fewer = fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree))
+            if tree is None or not own < set(graph.used_by(tree)):
+                continue
+            fewer = place in numbers or _numbers(graph.tree(place)) > _numbers(tree)
             if fewer and _is_made(graph, place, tree, values):
                 found[place] = tree
     return found

@@ -1,9 +1,12 @@
 """Is it safe to open this workbook? What could harm or mislead is refused by name, before anything is unpacked."""
 
+from __future__ import annotations
+
 import html
 import re
 import zipfile
 import zlib
+from os import PathLike
 
 from mathpost.errors import InputError
 
@@ -24,7 +27,7 @@ FORBIDDEN = {
 }
 
 
-def inspect(path):
+def inspect(path: str | PathLike[str]) -> str:
     """Return what `path` is, "xlsx", "ods", "xls" or "text"; an `InputError` names what is not safe."""
     try:
         with open(path, "rb") as file:

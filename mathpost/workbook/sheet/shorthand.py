@@ -1,16 +1,24 @@
 """Formulas that say in one cell what stands in the one before: read as that cell and what is new."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mathpost.workbook.sheet.formula import Area
 from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.tree import areas
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.place import Place
+
 LONG = 16  # cells of a sum from which it is read as the one before it and what is added
 RUNNING = {"SUM", "MAX", "MIN", "PRODUCT"}
 
 
-def running_totals(trees, arrays):
+def running_totals(trees: Mapping[Place, Tree], arrays: Collection[Place]) -> dict[Place, Tree]:
     """Place → the tree of a long sum, as the one before it and what is added.
 
     n running totals then refer to 2·n cells, not n²/2. None of `arrays` is read so.
@@ -29,7 +37,7 @@ def running_totals(trees, arrays):
     return found
 
 
-def blanks_as_before(trees, cells):
+def blanks_as_before(trees: Mapping[Place, Tree], cells: Collection[Place]) -> dict[Place, Tree]:
     """Place → the tree of =IF(B5=B4,"",B5), which says only what changes, with the cell before for the blank."""
     blank, found = ("text", ""), {}
     for place, tree in trees.items():

@@ -1,15 +1,23 @@
 """Trees of formulas: walked, changed, written as text."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from mathpost.workbook.sheet.formula import POWER
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Area, Tree
 
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, np.pi / 200, 200 / np.pi])
 ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 TEXTS = {"text", "&", "TEXT", "CONCAT", "CONCATENATE", "TEXTJOIN", "FIXED", "LEFT", "RIGHT", "MID", "REPT"}
 
 
-def walk(tree, path=()):
+def walk(tree: Tree, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Tree]]:
     """Yield every part of a tree with its path, a tuple of positions."""
     stack = [(path, tree)]
     while stack:
@@ -18,7 +26,7 @@ def walk(tree, path=()):
         stack += [((*path, n), tree[n]) for n in range(len(tree) - 1, 0, -1) if type(tree[n]) is tuple]
 
 
-def parts_of(tree):
+def parts_of(tree: Tree) -> Iterator[Tree]:
     """Yield every part of a tree, itself first, in the order of `walk`."""
     stack = [tree]
     while stack:
@@ -27,17 +35,17 @@ def parts_of(tree):
         stack += [part for part in tree[:0:-1] if type(part) is tuple]
 
 
-def put(tree, path, new):
+def put(tree: Tree, path: tuple[int, ...], new: Tree) -> Tree:
     """Return the tree with the part at `path` replaced."""
     return (*tree[: path[0]], put(tree[path[0]], path[1:], new), *tree[path[0] + 1 :]) if path else new
 
 
-def areas(tree):
+def areas(tree: Tree) -> list[Area]:
     """Return the areas in a tree, in their order."""
     return [part[1] for part in parts_of(tree) if part[0] == "area"]
 
 
-def with_areas(tree, new):
+def with_areas(tree: Tree, new: Iterable[Area]) -> Tree:
     """Return the tree with the areas `new` in place of its own, in their order."""
     new = iter(new)
 
@@ -49,19 +57,19 @@ def with_areas(tree, new):
     return rebuilt(tree)
 
 
-def gives_text(tree):
+def gives_text(tree: Tree) -> bool:
     """Whether a formula always gives a text, and no number."""
     if tree[0] in ("IF", "IFERROR"):
         return all(map(gives_text, tree[-2:] if len(tree) > 3 or tree[0] == "IFERROR" else tree[2:]))
     return tree[0] in TEXTS
 
 
-def heads(tree):
+def heads(tree: Tree) -> set[str]:
     """Return the functions, operators and kinds of leaves in a tree."""
     return {part[0] for part in parts_of(tree)}
 
 
-def text_of(tree, sheet=None):
+def text_of(tree: Tree, sheet: str | None = None) -> str:
     """Write a tree as a formula without its ``=``; as it is written in `sheet`, if given, with the other sheets."""
     head, *parts = tree
     if head == "area":
@@ -76,7 +84,7 @@ def text_of(tree, sheet=None):
     return {"rows": f"{{{inner}}}", "row": inner}.get(head, f"{head}({inner})")
 
 
-def unrounded(tree):
+def unrounded(tree: Tree) -> Tree:
     """The tree without the last rounding of what it gives, to two decimals or more, or of a copy of a cell."""
     if tree[0] in ROUNDING and (tree[1][0] == "area" or (tree[2:] and tree[2][0] == "number" and tree[2][1] >= 2)):
         return tree[1]
@@ -85,7 +93,7 @@ def unrounded(tree):
     return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
 
 
-def exact(tree, within):
+def exact(tree: Tree, within: float) -> Tree:
     """The tree with π, π/180 and the like for all numbers that are nearly these, relatively `within`.
 
     Examples
@@ -100,9 +108,10 @@ def exact(tree, within):
     return tuple(exact(part, within) if isinstance(part, tuple) else part for part in tree)
 
 
-def form_of(tree):
+def form_of(tree: Tree) -> str:
     """Write a tree as a formula in which all references of one size are alike."""
-    return text_of(with_areas(tree, [area.shape for area in areas(tree)]))
+    shapes: list[Any] = [area.shape for area in areas(tree)]
+    return text_of(with_areas(tree, shapes))
 
 
 def _within(tree, least, sheet):

@@ -3,7 +3,11 @@
 A cell beside the calculations may be something that is known, and yet not what all around it are.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +20,12 @@ from mathpost.workbook.sheet.place import beside, offset
 from mathpost.workbook.sheet.samples import CLOSE, SAMPLES, same
 from mathpost.workbook.sheet.tree import areas, form_of, parts_of, put, text_of, walk, with_areas
 
+if TYPE_CHECKING:
+    from mathpost.workbook.report import Fault
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.verdict.judge import Judge
+    from mathpost.workbook.verdict.known import Known
+
 OF_A_PART = (
     r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|\b(?:mid|mitte)\b|前|后|组|\d *[-–] *\d"
 )
@@ -27,15 +37,16 @@ class Around:
     After `faults`, `doubtful` are cells that are something known, but not together.
     """
 
-    def __init__(self, judge, known):
+    def __init__(self, judge: Judge, known: Known) -> None:
         self.judge, self.graph, self.found, self.known = judge, judge.graph, judge.found, known
-        graph, found, self.doubtful = self.graph, self.found, set()
+        graph, found = self.graph, self.found
+        self.doubtful: set[Place] = set()
         self.still = {p for window in found.windows for p in window} | judge.inputs.keys()
         moved = [p for p in found.typed - self.still if p in graph.used and graph.own[p] is not None]
         drawn = np.random.default_rng(4).uniform(0.3, 3, (len(moved), SAMPLES))
         self.shaken = graph.run(judge.inputs | judge.fixed | dict(zip(found.sorted(moved), drawn, strict=True)))
 
-    def faults(self, rest):
+    def faults(self, rest: set[Place]) -> Iterator[Fault]:
         """Yield the faults of formulas and numbers; those of `rest` are what no result needs."""
         graph, in_matrices = self.graph, set()
         for window in self.found.windows:
@@ -162,7 +173,7 @@ class Around:
         moving = [area for area in areas(tree) if not any(area.fixed)]
         return tree[0] in STATISTICS and bool(moving) and any(graph.trees[p] == tree for p in near)
 
-    def whole(self, area, place):
+    def whole(self, area: Area, place: Place) -> Area:
         """A range with what goes on at its ends: formulas of one form, or the same coordinate of further points."""
         graph, places = self.graph, area.places
         step = (0, 1) if area.shape[0] == 1 else (1, 0)
@@ -182,7 +193,7 @@ class Around:
             last = offset(last, *step)
         return Area(first[0], *first[1:], *last[1:], area.fixed)
 
-    def is_of_a_part(self, place):
+    def is_of_a_part(self, place: Place) -> bool:
         """Whether a text in its row says that a cell is of some of the points only."""
         texts = (cell.value for p, cell in self.graph.cells.items() if p[:2] == place[:2] and not cell.formula)
         return any(re.search(OF_A_PART, text, re.I) for text in texts if isinstance(text, str))

@@ -3,6 +3,10 @@
 No task asks for these. Each is judged as what it is: one of the numbers and vectors that follow from right results.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from mathpost.workbook.sheet.samples import same
 from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.around import Around
@@ -11,6 +15,9 @@ from mathpost.workbook.verdict.beside_vectors import BesideVectors
 from mathpost.workbook.verdict.known import Known
 from mathpost.workbook.verdict.labelled import Labelled
 from mathpost.workbook.verdict.scope import Scope
+
+if TYPE_CHECKING:
+    from mathpost.workbook.verdict.judge import Judge
 
 # Why a cell is not judged, what is said first counts.
 UNLIKE_AROUND = "it is a number that follows from right results, but breaks what the cells around it do"
@@ -30,7 +37,7 @@ class Beside:
     is right or not judged. A slip that is found is added to the judge's faults.
     """
 
-    def __init__(self, judge):
+    def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.known = Known(judge)
         scope = Scope(judge)

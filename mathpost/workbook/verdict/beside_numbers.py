@@ -1,6 +1,9 @@
 """Single cells beside the calculations: numbers that are known, or that one repair makes known."""
 
+from __future__ import annotations
+
 import re
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +16,11 @@ from mathpost.workbook.sheet.place import beside
 from mathpost.workbook.sheet.samples import CLOSE, same
 from mathpost.workbook.sheet.tree import heads, parts_of, unrounded
 from mathpost.workbook.verdict.known import agree
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.verdict.judge import Judge
+    from mathpost.workbook.verdict.known import Known
 
 BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
 
@@ -30,17 +38,18 @@ class BesideNumbers:
     `rules` has what told each.
     """
 
-    def __init__(self, judge, known, places):
+    def __init__(self, judge: Judge, known: Known, places: list[Place]) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
-        self.known, self.places, self.rules = known, places, {}
+        self.known, self.places = known, places
+        self.rules: dict[Place, str] = {}
         self.turns, self.is_known = known.turns, known.is_known
 
-    def composed(self):
+    def composed(self) -> set[Place]:
         """The angles made of other numbers that are none of degrees and minutes; those with a slip are faults."""
         left = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
         return left - {p for p in self.found.sorted(left) if self._are_wrong_minutes(p)}
 
-    def unknown(self, rest):
+    def unknown(self, rest: set[Place]) -> set[Place]:
         """Return the cells of `rest` that no rule tells, each after those that it uses."""
         graph, typed = self.graph, self.found.typed - self.found.composed
         rest = rest - self.found.composed - self.judge.fixed.keys()

@@ -1,7 +1,10 @@
 """Vectors beside the calculations: known ones, and those that one slip keeps from being known."""
 
+from __future__ import annotations
+
 import re
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +17,12 @@ from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.known import agree
 from mathpost.workbook.verdict.why import TRANSPOSED
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.verdict.around import Around
+    from mathpost.workbook.verdict.judge import Judge
+    from mathpost.workbook.verdict.known import Known
+
 KNOWN = "with the cells in line it is a vector that follows from right results: a point, a sum, a mean, an axis"
 COPIES = "with the cells in line it is such a vector, but for signs"
 
@@ -25,15 +34,18 @@ class BesideVectors:
     wrong cell is added to the judge's faults.
     """
 
-    def __init__(self, judge, known, around):
+    def __init__(self, judge: Judge, known: Known, around: Around) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.known, self.around = known, around
-        self.tried, self.doubtful, self.rules = set(), set(), {}
+        self.tried: set[Place] = set()
+        self.doubtful: set[Place] = set()
+        self.rules: dict[Place, str] = {}
         self.turns, self.is_known = known.turns, known.is_known
 
-    def judged(self, rest):
+    def judged(self, rest: set[Place]) -> set[Place]:
         """Return the cells of known vectors; a vector with a single wrong cell becomes a fault."""
-        judged, judge = set(), self.judge
+        judge = self.judge
+        judged: set[Place] = set()
         lines = [line for line in runs(rest) if len(line) in (3, 4, 5)] * (not judge.unexplained)
         others = [line[n : n + 3] for line in lines for n in range(len(line) - 2)]
         others = [line for line in others if line not in self.found.beside]

@@ -1,7 +1,10 @@
 """Is what is given what was meant? Inputs that a text, their twins or their unused neighbours contradict."""
 
+from __future__ import annotations
+
 import re
 from itertools import chain, combinations, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +13,11 @@ from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS, plain
 from mathpost.workbook.meaning.texts import ORIGIN
 from mathpost.workbook.sheet.place import beside
+
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Place
 
 NAMED = rf"{ORIGIN}|cent(?:re|er)|mittelpunkt|中心"
 GIVEN = rf"{NAMED}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
@@ -25,7 +33,7 @@ UNIT_NAMES = {
 }
 
 
-def doubts_of_inputs(graph, found, units):
+def doubts_of_inputs(graph: Graph, found: Recognised, units: dict[Place, float]) -> list[str]:
     """Return what makes it doubtful that the inputs of a recognised workbook are the right ones, as sentences.
 
     `units` has the radians of 1 of each angle, as the formulas take it.
@@ -35,10 +43,10 @@ def doubts_of_inputs(graph, found, units):
     return [*doubts, *_in_another_unit(graph, found, units)]
 
 
-def angle_in_the_text(found, units):
+def angle_in_the_text(found: Recognised, units: dict[Place, float]) -> tuple[float, ...]:
     """The three angles of a sheet in degrees, if a text gives each by name and one of them only is another."""
     (angles, *others) = dict.fromkeys(c.angles for c in found.calculations) or [()]
-    said = {}
+    said: dict[str, set[float]] = {}
     for name, number in re.findall(NAMED_NUMBER, plain(found.text)):
         said.setdefault(name, set()).add(float(number.replace(",", ".").replace("−", "-").replace(" ", "")))
     names = [{*re.findall(NAME, plain(found.label(p)))} & said.keys() for p in angles]

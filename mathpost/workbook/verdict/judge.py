@@ -1,7 +1,11 @@
 """Right or wrong: every calculation is compared with what is asked for, and repaired for the next ones."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import chain
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -22,6 +26,12 @@ from mathpost.workbook.verdict.tables import Tables
 from mathpost.workbook.verdict.where import Where
 from mathpost.workbook.verdict.why import Why
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.calculation import Calculation
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.place import Place
+
 UNEXPLAINED = 5  # results without a repair: beside so many no further repairs are looked for
 
 
@@ -32,18 +42,21 @@ class Judge(Sampled):
     that is of other axes than those that were asked for without a word.
     """
 
-    def __init__(self, graph, found):
+    def __init__(self, graph: Graph, found: Recognised) -> None:
         super().__init__(graph, found)
-        self.faults, self.reading, self.unexplained, self.unsure = [], None, [], set()
-        self.chained = []  # calculations from what another one may give
+        self.faults: list[Fault] = []
+        self.reading: tuple[str, str] | None = None
+        self.unexplained: list[Calculation] = []
+        self.unsure: set[Place] = set()
+        self.chained: list[Calculation] = []  # calculations from what another one may give
         self.readings = Readings(self)
         self.why = Why(self)
         self.where = Where(self)
 
-    def fault(self, place, cause, message):
+    def fault(self, place: Place, cause: str, message: str) -> Fault:
         return Fault(self.graph.address(place), cause, message, place)
 
-    def run(self):
+    def run(self) -> Self:
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
         planes = [c for c in self.live if isinstance(c, Plane)]
         self._judge_planes(planes)
@@ -98,7 +111,7 @@ class Judge(Sampled):
         same_table = [p for p in rows if self.graph.component[p] is self.graph.component[place]]
         return self.graph.form(place) in {self.graph.form(p) for p in same_table} - {None}
 
-    def prepare(self, calculations):
+    def prepare(self, calculations: Iterable[Calculation]) -> None:
         for calculation in calculations:
             calculation.prepare({p: self.now(p) for p in calculation.read}, self.units)
 
@@ -195,7 +208,7 @@ class Judge(Sampled):
             self.found.calculations.remove(calculation)
             self.found.beside.append(calculation.results)
 
-    def steps(self, last):
+    def steps(self, last: Calculation) -> list[Calculation]:
         """The vectors on the way to a result."""
         if not self.found.steps or not isinstance(last, Turn):
             return []
@@ -228,7 +241,7 @@ class Judge(Sampled):
             self.faults, self.unexplained = before
         self.targets = targets | last.targets
 
-    def repaired_alone(self, place, value):
+    def repaired_alone(self, place: Place, value: np.ndarray) -> Fault | None:
         """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so."""
         wanted = {p: self.now(p) for p in self.graph.array(place)} | {place: value}
         if place in self.graph.trees and (found := repaired(self.graph, wanted, self.values)):
@@ -238,7 +251,7 @@ class Judge(Sampled):
             return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None
 
-    def typed_number(self, place, tree=None):
+    def typed_number(self, place: Place, tree: Tree | None = None) -> Fault:
         """The fault of a number where a formula belongs, or of a `tree` that has numbers for references."""
         number, short = self.graph.book.cells[place].meant, self.graph.short(place)
         number = self.graph.own[place] if number is None else number

@@ -1,7 +1,10 @@
 """What follows from right results: the vectors, lengths, statistics and angles that people put beside them."""
 
+from __future__ import annotations
+
 from functools import partial
 from itertools import combinations, groupby, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +20,11 @@ from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.samples import CLOSE, same
 from mathpost.workbook.sheet.tree import areas, heads, unrounded
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.verdict.judge import Judge
+
 LENGTHS = {25.4, 10.0, 1000.0}  # mm of an inch, a centimetre, a metre
 MOST = 20  # points of which each two are compared
 CORNERS = 6  # points of which each two edges are
@@ -30,11 +38,15 @@ class Known:
     `globe` has the directions of points and results.
     """
 
-    def __init__(self, judge):
+    def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
-        self.turns = [c for c in judge.live if isinstance(c, Turn)]
+        self.turns: list[Turn] = [c for c in judge.live if isinstance(c, Turn)]
         self.turns += [c.turn for c in judge.live if isinstance(c, Conversion)]
-        self.pairs, self.off, self.lengths, self.globe, self.whole = [], [], [], [], []
+        self.pairs: list[tuple[np.ndarray, np.ndarray]] = []
+        self.off: list[np.ndarray] = []
+        self.lengths: list[np.ndarray] = []
+        self.globe: list[np.ndarray] = []
+        self.whole: list[np.ndarray] = []
         self.vectors, whole = self._known_vectors()
         numbers, self.angles = self._known_numbers()
         self.vectors = np.concatenate([self.vectors, whole])
@@ -171,7 +183,7 @@ class Known:
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
         return _at_samples(numbers), angles
 
-    def takes_nothing(self, place):
+    def takes_nothing(self, place: Place) -> bool:
         """Whether a formula refers to an empty cell or range, or to a matrix with a row or a column of such."""
         there, tree = self.graph.component.keys(), self.graph.tree(place)
         ranges = [area.places for area in areas(tree)] if tree[0] != "IF" else []
@@ -180,7 +192,7 @@ class Known:
             ranges += [[p for p in line if p[n] == k] for line in ranges for n, k in lines]
         return any(line and there.isdisjoint(line) for line in ranges)
 
-    def is_angle(self, radians):
+    def is_angle(self, radians: np.ndarray) -> bool:
         """Whether a value is an angle between two vectors, or computed back."""
         off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
         found = [
@@ -189,11 +201,11 @@ class Known:
         ]  # or the long way
         return any(each[1:].max() < 1e-6 for each in found)
 
-    def is_length(self, value):
+    def is_length(self, value: np.ndarray) -> bool:
         """Whether a value is the length of a vector."""
         return bool(agree(value, self.norms).any())
 
-    def is_known(self, place, tree=None):
+    def is_known(self, place: Place, tree: Tree | None = None) -> bool:
         """Whether a formula, or another in its place, is a determinant, a length, an angle computed back."""
         if place not in self.graph.trees:
             return False
@@ -221,7 +233,7 @@ class Known:
         return bool(fits.all(axis=1).any())
 
 
-def agree(values, known):
+def agree(values: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Whether values are what is known, at all samples but the sheet's own."""
     return (np.abs(values - known)[..., 1:] <= CLOSE * (1 + np.abs(known[..., 1:]))).all(axis=-1)
 
@@ -244,12 +256,12 @@ def _axes(turn):
     return [sign * each for each in vectors for sign in (1, -1)]
 
 
-def has_angles(turn):
+def has_angles(turn: Turn) -> bool:
     """Whether a rotation is by three angles that are numbers."""
     return not turn.axis and np.isfinite(turn.radians).all()
 
 
-def solutions(turn):
+def solutions(turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Its angles as they are, and computed back: with the middle one in one half turn, or always in the other."""
     own, twin = turn.radians, euler.twin(turn.sequence.upper(), turn.radians)
     if len(turn.angles) == 2:  # the second one, as of an arc sine, within a quarter turn

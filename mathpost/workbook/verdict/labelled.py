@@ -1,9 +1,13 @@
 """Cells beside a calculation that are something known, but not what their labels say."""
 
+from __future__ import annotations
+
 import re
 from collections import Counter
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +20,12 @@ from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.samples import CLOSE, same
 from mathpost.workbook.sheet.tree import heads, parts_of, text_of, unrounded
 from mathpost.workbook.verdict.known import has_angles, solutions
+
+if TYPE_CHECKING:
+    from mathpost.workbook.report import Fault
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.verdict.judge import Judge
+    from mathpost.workbook.verdict.known import Known
 
 LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
 DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
@@ -40,17 +50,17 @@ class Labelled:
     `doubtful` are those of which no repair is found.
     """
 
-    def __init__(self, judge, known):
+    def __init__(self, judge: Judge, known: Known) -> None:
         self.judge, self.graph, self.found, self.known = judge, judge.graph, judge.found, known
-        self.doubtful = set()
+        self.doubtful: set[Place] = set()
 
-    def faults(self, rest):
+    def faults(self, rest: set[Place]) -> Iterator[Fault]:
         """Yield the faults of cells of `rest`, which no result needs."""
         for place in self.found.sorted(rest & self.graph.trees.keys()):
             yield from self._unlike_its_label(place)
         self.doubtful.update(self._mixed_copies(rest))
 
-    def compared(self, rest):
+    def compared(self, rest: set[Place]) -> Iterator[Fault]:
         """Yield the faults of copies of results, and of angles computed back."""
         yield from self._copies(rest)
         yield from self._computed_back(rest)

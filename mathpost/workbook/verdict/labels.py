@@ -1,8 +1,10 @@
 """What the labels of a sheet say that its cells hold, and which formula should stand there."""
 
+from __future__ import annotations
+
 import re
 from itertools import chain
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
 
@@ -10,6 +12,10 @@ from mathpost.rotation import PASSIVE
 from mathpost.workbook.meaning.given import may_turn
 from mathpost.workbook.meaning.label import SINGLE, UNIT_WORDS, Role, read_label
 from mathpost.workbook.sheet.formula import Area, area_of
+
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Place
 
 MATRICES = {"matrix", "transposed"}
 
@@ -21,7 +27,7 @@ class Block(NamedTuple):
     places: tuple
 
 
-def read_labels(graph):
+def read_labels(graph: Graph) -> dict[Place, tuple[str, tuple]]:
     """Return place → (formula, first cell of its array) that should stand there as the labels say."""
     blocks, implied = labelled(graph), {}
     for n, block in enumerate(blocks):
@@ -30,9 +36,10 @@ def read_labels(graph):
     return implied
 
 
-def labelled(graph, cells=None):
+def labelled(graph: Graph, cells: dict[str, str] | None = None) -> list[Block]:
     """The blocks of what the caller, the names of the workbook and the labels name, as they are read."""
-    blocks, taken = [], set()
+    blocks: list[Block] = []
+    taken: set[Place] = set()
     for block in (*_named(graph, cells), *_labelled(graph.cells)):
         if taken.isdisjoint(block.places):
             taken.update(block.places)
@@ -128,7 +135,7 @@ def _formulas(block, others):
     return {p: (f"={formula}", places[0][1:] if len(places) > 1 else ()) for p in places if formula}
 
 
-def elementary_formulas(axis, cosine, sine):
+def elementary_formulas(axis: str, cosine: str, sine: str) -> list[list[str]]:
     """Return the passive elementary matrix about `axis` as a nested list of formulas.
 
     Examples

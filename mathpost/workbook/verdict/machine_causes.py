@@ -1,12 +1,21 @@
 """What somebody did to the words of a machine that are wrong: the causes that `mathpost explain` knows, by name."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.detective.positions import explain_linear
 from mathpost.detective.rotary_axes import explain_joints
+
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.nc_table import Words
+    from mathpost.workbook.report import Fault
+    from mathpost.workbook.sheet.place import Place
 
 TOLD = 2  # decimals of a mm that tell a cause: the words may be made of rounded tool axes
 WORDS = 11  # tip, axis and five words
@@ -15,13 +24,13 @@ VAGUE = r"no single change|is not what belongs there| off$|demands"  # what says
 NAMES = {"transpose": "transposed", "exchange": "exchanged"}  # of kinds that are called otherwise here
 
 
-def or_else(table, values):
+def or_else(table: list[Words], values: Mapping[Place, float | None]) -> str:
     """What else may have been done to X Y Z that seem to name another point, in words; empty if nothing known."""
     found = _explained(table, values, -5)
     return f", or {found.sentence}" if found else ""
 
 
-def by_cause(faults, table, values):
+def by_cause(faults: list[Fault], table: list[Words], values: Mapping[Place, float | None]) -> list[Fault]:
     """The faults of a sheet, those of most rows of a table by the cause that explains them all, if there is one.
 
     `values` is what stands in the cells.

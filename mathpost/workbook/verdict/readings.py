@@ -1,10 +1,16 @@
 """Which rotation a sheet means where its texts, or its headings, leave open or change what the task asks for."""
 
+from __future__ import annotations
+
 import re
+from typing import TYPE_CHECKING
 
 from mathpost import euler
 from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
+
+if TYPE_CHECKING:
+    from mathpost.workbook.verdict.judge import Judge
 
 TO_THE_POINT = (
     r"(?:applied|rotates?) to the point|point (?:is )?(?:turned|rotated|turns)|punkt (?:wird )?gedreht"
@@ -17,10 +23,10 @@ SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
 class Readings:
     """Compare the rotations of a `Judge` with other sequences, and with the other convention."""
 
-    def __init__(self, judge):
+    def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
 
-    def choose_the_way(self, turns):
+    def choose_the_way(self, turns: list[Turn]) -> None:
         """Take points into their plane or out of it, whichever more of them are."""
         right = {}
         for active in (True, False):
@@ -31,12 +37,14 @@ class Readings:
         for turn in turns:
             turn.active = right[True] > right[False]
 
-    def read_the_headings(self):
+    def read_the_headings(self) -> None:
         """Take a result the other way where its heading says so and it is that, beside one that is as asked.
 
         One that is said to be for comparison, and is neither, is set aside.
         """
-        turns = [c for c in self.judge.live if isinstance(c, Turn) and not c.plane and c.active is not None]
+        turns: list[Turn] = [
+            c for c in self.judge.live if isinstance(c, Turn) and not c.plane and c.active is not None
+        ]
         off = [turn for turn in turns if len(self.judge.bad(turn.targets)) > 1]
         for turn in off if len(off) < len(turns) else ():
             heading = self.found.heading(turn.results)
@@ -56,7 +64,7 @@ class Readings:
         turn.said = turn.said.replace(*way)
         self.judge.prepare([turn])
 
-    def left_open(self):
+    def left_open(self) -> tuple[str, str] | None:
         """The sequence and convention that all results are of, where no text settles it; None if as asked."""
         if self.judge.met(self.judge.targets) or not (self.found.is_open or self.found.by == "source 000"):
             return None
@@ -65,7 +73,7 @@ class Readings:
         as_asked = self.found.sequence, "active" if self.found.active else "passive"
         return None if reading == as_asked else reading
 
-    def name_the_convention(self):
+    def name_the_convention(self) -> None:
         """Results without a repair that are all of another convention than the task's are faults of that name."""
         other = self._other(self.judge.unexplained, euler.SEQUENCES) if self.found.by == "the task" else None
         if other:

@@ -1,13 +1,24 @@
 """Which rule gave the verdict of a cell, and the values that it used."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mathpost.workbook.sheet.tree import text_of
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.verdict.beside import Beside
+    from mathpost.workbook.verdict.judge import Judge
+    from mathpost.workbook.verdict.values import Judged
+
 NUMBER = "it is a number without a formula that stands under no heading of a result: not looked at"
 
 
-def reason(judge, others, place, status):
+def reason(judge: Judge, others: Beside, place: Place, status: str | None) -> list[str]:
     """Return lines on a cell: what stands there, the rule that judged it, what that rule compared.
 
     Parameters
@@ -27,12 +38,12 @@ def reason(judge, others, place, status):
     graph, found = judge.graph, judge.found
     formula = f", ={text_of(graph.trees[place], place[0])}" if place in graph.trees else ""
     cell = graph.book.cells.get(place)
-    written = graph.own.get(place)
-    written = cell and cell.value if written is None else f"{written:.9g}"
+    number = graph.own.get(place)
+    written = cell and cell.value if number is None else f"{number:.9g}"
     lines = [f"{graph.address(place)} is {written}{formula}: {status or 'no cell to judge'}"]
     used = [p for p in graph.uses.get(place, ()) if graph.own.get(p) is not None][:9]
-    used = [f"{graph.address(p)} = {graph.own[p]:.9g}" for p in used]
-    lines += [f"it uses {', '.join(used)}"] * bool(used)
+    values = [f"{graph.address(p)} = {graph.own[p]:.9g}" for p in used]
+    lines += [f"it uses {', '.join(values)}"] * bool(used)
     should, *_ = judge.fixed.get(place, [np.nan])
     lines += [f"it should be {should:.9g} at these inputs"] * bool(np.isfinite(should))
     lines += [f"rule: a fault, {each.cause}: {each.message}" for each in judge.faults if each.place == place]
@@ -67,8 +78,8 @@ def reason(judge, others, place, status):
     return [*lines, f"rule: {rule}"]
 
 
-def reason_of_number(graph, values, place, status):
-    """Return the lines of `reason` on a cell of a sheet of numbers, by its `Values`."""
+def reason_of_number(graph: Graph, values: Judged, place: Place, status: str | None) -> list[str]:
+    """Return the lines of `reason` on a cell of a sheet of numbers, by what is `Judged`."""
     lines = [f"{graph.address(place)} is {graph.own.get(place)}: {status or 'no cell to judge'}"]
     if place not in values.asked:
         return [*lines, f"rule: {'it is given' if place in values.given else NUMBER}"]

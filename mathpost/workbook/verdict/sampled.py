@@ -1,7 +1,11 @@
 """A recognised workbook at random inputs, of which the first are its own, and with right values put in."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +20,14 @@ from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.samples import SAMPLES, at_samples, same
 from mathpost.workbook.sheet.tree import heads, parts_of
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.calculation import Turn
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.samples import Values
+
 MOST = 1e5  # mm: no more is a limit
 NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
 
@@ -27,9 +39,12 @@ class Sampled:
     put in where.
     """
 
-    def __init__(self, graph, found):
-        self.graph, self.found, self.inputs, self.units, self.fixed = graph, found, {}, {}, {}
-        self.live = [c for c in found.calculations if not c.typed]
+    def __init__(self, graph: Graph, found: Recognised) -> None:
+        self.graph, self.found = graph, found
+        self.inputs: Values = {}
+        self.units: dict[Place, float] = {}
+        self.fixed: Values = {}
+        self.live: list[Any] = [c for c in found.calculations if not c.typed]
         self.periods = {p: period for c in self.live for p, period in c.periods.items()}
         base = graph.run({})
         for angles in dict.fromkeys(c.angles for c in (*self.live, *found.steps)):
@@ -88,52 +103,54 @@ class Sampled:
         unit = np.pi / 200 if votes[2] > max(votes[:2]) else np.pi / 180 if votes[0] > votes[1] or beyond else 1.0
         return unit, max(votes) == every
 
-    def now(self, place):
+    def now(self, place: Place) -> np.ndarray:
         """What is in a cell at the samples."""
         if place in self.values:
             return at_samples(self.values[place])
         value = self.graph.value(place)
         return np.full(SAMPLES, np.nan if value is None else value)
 
-    def block(self, places, option=()):
+    def block(self, places: Sequence[Place], option: Mapping[Place, np.ndarray] | None = None) -> np.ndarray:
         """What is in some cells, or what `option` puts there, shape (cells, samples)."""
-        return np.array([option[p] if p in option else self.now(p) for p in places])
+        put = option or {}
+        return np.array([put[p] if p in put else self.now(p) for p in places])
 
-    def bad(self, targets):
+    def bad(self, targets: Values) -> list[Place]:
         """The targets that are missed now."""
         return [place for place, target in targets.items() if not self.met({place: target})]
 
-    def met(self, targets, values=()):
+    def met(self, targets: Values, values: Mapping[Place, np.ndarray] | None = None) -> bool:
         """Whether all targets are met, now or with other values; those of `periods` but for whole turns."""
         for place, target in targets.items():
-            now, period = values[place] if place in values else self.now(place), self.periods.get(place)
+            now = values[place] if values and place in values else self.now(place)
+            period = self.periods.get(place)
             if not same(target + wrap(now - target, period) if period else now, target):
                 return False
         return True
 
-    def run_with(self, more=(), only=None):
+    def run_with(self, more: Values | tuple[()] = (), only: Collection[Place] | None = None) -> Values:
         """The values with all that was put in, and `more`."""
         base = None if only is None else self.values
         return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, base, only)
 
-    def run_each(self, options, only):
+    def run_each(self, options: Sequence[Values], only: Collection[Place]) -> Values:
         """The values with all that was put in, and each of some options: place → shape (options, samples)."""
         return self.graph.run_each(options, {**self.inputs, **self.fixed}, self.values, only)
 
-    def values_with(self, option):
+    def values_with(self, option: Values) -> Values:
         """The values with `option` put in, for once."""
         return self.run_with(option, self.graph.downstream(option))
 
-    def put(self, option):
+    def put(self, option: Values) -> None:
         """Put values into some places, for good."""
         self.fixed.update(option)
         self.values = self.run_with(only=self.graph.downstream(option))
 
-    def calculate(self, place, tree):
+    def calculate(self, place: Place, tree: Tree) -> np.ndarray:
         """What a cell would hold with another formula."""
         return at_samples(self.graph.cell(place, self.values, tree))
 
-    def elements(self, turn, option=()):
+    def elements(self, turn: Turn, option: Values | tuple[()] = ()) -> dict[Line, tuple[bool, np.ndarray]]:
         """The windows that are elementary matrices, with `option` → their sense, and what the other would be."""
         half = len(turn.elements) // 2
         return {
@@ -143,7 +160,7 @@ class Sampled:
             if self.met(as_window(window, element), dict(option))
         }
 
-    def stands(self, calculation, places):
+    def stands(self, calculation: Calculation, places: Line) -> bool:
         """Whether some cells hold together what may stand in so many; one of a plane's vector, with its others."""
         is_one = isinstance(calculation, Plane) and len(places) == 1
         lines = self.vectors_of(*places) if is_one else []
@@ -152,7 +169,7 @@ class Sampled:
         known = ((line, each) for line in (places, *lines) for each in calculation.known.get(len(line), ()))
         return any(same(each, self.block(line)) for line, each in known)
 
-    def vectors_of(self, place):
+    def vectors_of(self, place: Place) -> list[Line]:
         """Three cells in line, a place among them, of which at least two are of one form."""
         graph, found = self.graph, []
         for (down, right), first in product(((0, 1), (1, 0)), (-2, -1, 0)):
@@ -163,7 +180,7 @@ class Sampled:
         return found
 
 
-def as_window(window, matrix):
+def as_window(window: Line, matrix: np.ndarray) -> Values:
     """Place → what stands there if a window of 3×3 or 4×4 is a matrix, or its first rows and columns."""
     size = 3 if len(window) == 9 else 4
     return dict(zip(window, matrix[:, :size, :size].reshape(len(matrix), -1).T, strict=True))

@@ -1,8 +1,11 @@
 """Which cells of a sheet are to be judged, and which of them no result needs."""
 
+from __future__ import annotations
+
 import re
 from collections import Counter
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +15,9 @@ from mathpost.workbook.sheet.place import beside
 from mathpost.workbook.sheet.tree import areas, heads
 from mathpost.workbook.verdict.values import CALCULATED
 
+if TYPE_CHECKING:
+    from mathpost.workbook.verdict.judge import Judge
+
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet|abstand|distan|距离"
 LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
 EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"
@@ -20,7 +26,7 @@ EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|�
 class Scope:
     """What a `Judge` that has judged the calculations has to judge: `places`, of which no result needs `rest`."""
 
-    def __init__(self, judge):
+    def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.places, self.rest = self._scope()
 

@@ -1,24 +1,31 @@
 """Tables of NC words: the branch and the point that a whole table has, and what is wrong in typed words."""
 
+from __future__ import annotations
+
 from collections import Counter
 from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mathpost.workbook.meaning.nc_table import Words, judge_numbers, on_the_wrong_branch, point_named
 from mathpost.workbook.verdict.machine_causes import by_cause, or_else
 
+if TYPE_CHECKING:
+    from mathpost.workbook.sheet.place import Place
+    from mathpost.workbook.verdict.judge import Judge
+
 
 class Tables:
     """The tables of NC words that a `Judge` judges; each row is a calculation of its own."""
 
-    def __init__(self, judge):
+    def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.rows = [row for row in judge.live if isinstance(row, Words)]
         self.words = [row for row in judge.found.calculations if isinstance(row, Words)]
         self.tables = [list(table) for _, table in groupby(self.words, lambda row: row.table)]
 
-    def prepare(self):
+    def prepare(self) -> None:
         """Prepare the rows once more, on the branch that their table is on, with the point that it names."""
         for row in self.rows:
             row.preferred = int(np.argmax(sum(r.votes for r in self.rows if r.table == row.table)))
@@ -27,9 +34,10 @@ class Tables:
             self.found.problems += [text + or_else(table, self.graph.own) for text in texts]
         self.judge.prepare(self.rows)
 
-    def judge_all(self):
+    def judge_all(self) -> None:
         """Add the faults of headings, branches and typed words, and name what was done to the whole table."""
-        judge, own, short = self.judge, self.graph.own, self.graph.short
+        judge, short = self.judge, self.graph.short
+        own: dict[Place, Any] = self.graph.own
         for place, text in (t[0].exchanged for t in self.tables if t[0].exchanged):
             judge.faults.append(judge.fault(place, "exchanged", f"{short(place)}: {text}"))
         axes = Counter(row.axis for row in self.words)

@@ -3,9 +3,12 @@
 What stands between them is listed, not judged. A slip that is lucky at these numbers cannot be seen.
 """
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass, field
 from itertools import count, permutations, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,12 +20,16 @@ from mathpost.workbook.sheet.file import EMPTY
 from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.verdict.labels import labelled
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.recognise import Recognised
+    from mathpost.workbook.sheet.graph import Graph
+
 CALCULATED = 3  # decimals that nobody gives
 KINDS = ("angle", "coordinate", "outcome")
 
 
 @dataclass
-class Values:
+class Judged:
     """What a check of numbers says: place → status, empty if there is no result; the faults; what was seen.
 
     `asked` has what a result should be, and the places of angles and point; `given` are places of inputs.
@@ -35,10 +42,10 @@ class Values:
     given: set = field(default_factory=set)
 
 
-def check_values(graph, found):
-    """Return the `Values` of a sheet of numbers, of which `found` is the `Recognised` workbook."""
+def check_values(graph: Graph, found: Recognised) -> Judged:
+    """Return the `Judged` of a sheet of numbers, of which `found` is the `Recognised` workbook."""
     blocks = _inputs_and_results(graph, found.task.cells)
-    values = Values(given={place for role, place in blocks if role.kind != "outcome"})
+    values = Judged(given={place for role, place in blocks if role.kind != "outcome"})
     for angles, point, result in _calculations(graph, blocks):
         values.given.update(angles, point)
         _judge(graph, found, values, angles, point, result)

@@ -1,7 +1,11 @@
 """Where is it wrong? The earliest place where putting in the right thing makes all that follows right."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
 from functools import cache, partial
 from itertools import chain, islice
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +19,12 @@ from mathpost.workbook.sheet.tree import CONVERSIONS, ROUNDING, exact, heads
 from mathpost.workbook.verdict.sampled import as_window
 from mathpost.workbook.verdict.why import UNEXPLAINED
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.calculation import Calculation
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.samples import Values
+    from mathpost.workbook.verdict.judge import Judge
+
 TURNING = {"SIN", "COS", "TAN"}
 AT_ONCE = 16  # options that are tried side by side
 
@@ -22,15 +32,18 @@ AT_ONCE = 16  # options that are tried side by side
 class Where:
     """The search for repairs of what a `Judge` finds wrong."""
 
-    def __init__(self, judge):
+    def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
 
-    def earliest(self, calculation, targets, bad, missed):
+    def earliest(
+        self, calculation: Calculation, targets: Values, bad: list[Place], missed: Values
+    ) -> Values | None:
         """The earliest repair, recorded; returns what it puts where.
 
         One that changes what other calculations `missed`, and does not mend it, is less likely.
         """
-        best, candidates = None, self._candidates(calculation, targets, bad)
+        best: tuple[Any, ...] | None = None
+        candidates = self._candidates(calculation, targets, bad)
         for order, unit, options in sorted(candidates, key=lambda candidate: candidate[0]):
             if best and best[0] == 0 and order > best[1]:
                 break
@@ -96,7 +109,7 @@ class Where:
             option = dict(chain.from_iterable(windows))
             yield (98, (0,), 0), tuple(option), self._tried([option], targets, bad)
 
-    def lines(self, calculation, scope):
+    def lines(self, calculation: Calculation, scope: set[Place]) -> list[Line]:
         """Triples and quadruples of vector cells, the results among them."""
         vectors = self.found.vectors & scope
         lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
@@ -179,7 +192,7 @@ class Where:
         if isinstance(calculation, Turn):
             yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
 
-    def typed_over(self, bad):
+    def typed_over(self, bad: list[Place]) -> Place | None:
         """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
         odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
         odd -= {p for c in self.found.calculations for p in c.given}
@@ -188,11 +201,11 @@ class Where:
             odd &= {p for p in odd if any(p[:2] == place[:2] for place in bad)}
             odd -= {p for p in odd if self.graph.trees.keys().isdisjoint(beside(p))}
         constants = np.array([0, 1, -1, *CONVERSIONS])
-        odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
-        return min(odd, key=self.graph.calculation_order, default=None)
+        far = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
+        return min(far, key=self.graph.calculation_order, default=None)
 
 
-def batched(options, size):
+def batched(options: Iterable, size: int) -> Iterator[tuple[Values, ...]]:
     """Yield lists of so many options, one after the other."""
     options = iter(options)
     while batch := tuple(islice(options, size)):

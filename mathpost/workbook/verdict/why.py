@@ -1,8 +1,11 @@
 """Why is a cell wrong? The likeliest slip that explains what stands there, and how much of a stretch that is."""
 
+from __future__ import annotations
+
 from functools import reduce
 from itertools import combinations_with_replacement, product
 from math import comb
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +18,14 @@ from mathpost.workbook.sheet.place import beside
 from mathpost.workbook.sheet.samples import SAMPLES, same
 from mathpost.workbook.sheet.tree import areas, heads, parts_of, text_of
 
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.calculation import Calculation
+    from mathpost.workbook.report import Fault
+    from mathpost.workbook.sheet.formula import Tree
+    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.samples import Values
+    from mathpost.workbook.verdict.judge import Judge
+
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
 TRANSPOSED = "transposed", "the matrix should be transposed"  # cause and sentence
 SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
@@ -23,10 +34,10 @@ SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
 class Why:
     """The causes of what a `Judge` finds wrong."""
 
-    def __init__(self, judge):
+    def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
 
-    def explain(self, calculation, unit, option):
+    def explain(self, calculation: Calculation, unit: Line, option: Values) -> tuple[float, list[Fault]]:
         """The cost of a repair, and its faults, the first one first."""
         graph, faults, done, cost = self.graph, [], set(), 0.0
         in_window = unit in self.found.windows
@@ -52,7 +63,7 @@ class Why:
             near = graph.upstream(calculation.results)
             senses = [sense for window, (sense, _) in elements.items() if not near.isdisjoint(window)]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
-        elif elements and len(places) == 1 and len(self.judge.elements(calculation, option)) > len(elements):
+        elif len(places) == 1 and self._completes_an_element(calculation, option, elements):
             cost = 0.0  # an elementary matrix but for this cell
         elif (len(unit) == 1 or isinstance(calculation, Plane)) and (
             any(self.judge.stands(calculation, w) for w in within)
@@ -61,6 +72,10 @@ class Why:
         ):
             cost += UNLIKELY  # it may stand there as it is, alone or in a matrix, or what follows from it may
         return cost, faults
+
+    def _completes_an_element(self, calculation, option, elements):
+        """Whether a repair makes a matrix an elementary one."""
+        return bool(elements) and len(self.judge.elements(calculation, option)) > len(elements)
 
     @staticmethod
     def _is_strange(calculation, option):
@@ -114,7 +129,7 @@ class Why:
         first, last = (self.graph.short(each(array, key=self.graph.reading_order)) for each in (min, max))
         return self.graph.short(array[0]) + f", of the array {first}:{last}" * (len(array) > 1)
 
-    def reference_kind(self, place, other):
+    def reference_kind(self, place: Place, other: Tree) -> str:
         """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
         pairs = zip(areas(self.graph.trees[place]), areas(other), strict=True)
         old, new = next((a, b) for a, b in pairs if a != b)
@@ -156,7 +171,7 @@ class Why:
                 return text_of(reduce(lambda a, b: ("*", a, b), ([*factors.values()][k] for k in chosen[n])))
         return None
 
-    def of_the_block(self, calculation, unit, option):
+    def of_the_block(self, calculation: Calculation, unit: Line, option: Values) -> tuple[str, str, float] | None:
         """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
         size, square = SIZES[len(unit)], len(unit) > 4
 
