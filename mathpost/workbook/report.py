@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -62,13 +62,13 @@ class FileReport:
 
     path: Path
     verdict: str = UNCLEAR
-    faults: list = field(default_factory=list)
-    cells: list = field(default_factory=list)
-    not_checked: list = field(default_factory=list)
-    seen: list = field(default_factory=list)
-    warnings: list = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)
+    cells: list[Judgement] = field(default_factory=list)
+    not_checked: list[str] = field(default_factory=list)
+    seen: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     beside: bool = False
-    explain: object = field(default=None, repr=False, compare=False)
+    explain: Callable[[str], list[str]] | None = field(default=None, repr=False, compare=False)
     total = property(lambda self: len(self.cells))
     checked = property(lambda self: sum(cell.status != UNCLEAR for cell in self.cells))
 

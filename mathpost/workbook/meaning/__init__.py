@@ -1,7 +1,10 @@
 """What a sheet calculates: which cells are inputs, matrices, vectors and results, told by how formulas use them.
 
-`texts` reads what the sheet says. `recognise` (with `given`, `vectors` and `label`) finds rotations, `nc_table`
-(with `nc_columns` and `nc_positions`) the words of a machine, `plane_angles` the angles of a tilted plane,
-`conversion` angles made of others. Each is a `calculation`, which knows what must stand in its results and what may
-stand on the way.
+Rotations: `given` (which cells are inputs, which matrices), `vectors` (which are linear in lengths), `names`
+(what the texts call them, with `label` and `texts`), `turns` (what turns a vector, and about what), `recognise`
+(which of all these are results), `rows` (what the rows of a table have in common). Others: `find_planes` the
+angles of a tilted plane, `nc_table` the words of a machine (with `nc_columns`, `nc_headings` and `nc_roles` for
+tables, `nc_positions` for single positions), `conversion` angles made of others. Each yields a `calculation`,
+which knows what must stand in its results and what may stand on the way; that of a plane stands in
+`plane_angles`.
 """

@@ -30,7 +30,8 @@ def resolved(tree: Tree, held: Callable[[Place], object]) -> Tree:
 
     Examples
     --------
-    >>> from mathpost.workbook.sheet.formula import parse, text_of
+    >>> from mathpost.workbook.sheet.formula import parse
+    >>> from mathpost.workbook.sheet.tree import text_of
     >>> held = {("S", 1, 1): "P1", ("S", 2, 1): "P2"}.get
     >>> text_of(resolved(parse('=SIN(VLOOKUP("p2",A1:B9,2,FALSE))', "S", {}), held))
     'SIN(B2)'

@@ -1,7 +1,9 @@
 """Is it right, and if not: which cell first, and why?
 
-`judge` (with `sampled`) compares the calculations at random inputs, `where` finds the first wrong cell, `why` the
-slip. `beside` judges the cells that no result needs: by what is `known`, by the cells `around`, by what is
-`labelled`. `inputs` doubts what is given. `labels` says which formulas belong beside the labels;
-`values` judges the results of sheets of numbers without formulas. `reason` says which rule judged a cell.
+`judge` (with `sampled`) compares the calculations at random inputs; `readings` says which rotation is meant
+where that is open, `tables` what a whole table of NC words has in common, with `machine_causes`. `where` finds
+the first wrong cell, `why` the slip. `beside` judges the cells that no result needs, of the `scope`: vectors
+and single cells by what is `known` (`beside_vectors`, `beside_numbers`), all by the cells `around` and by what
+is `labelled`. `inputs` doubts what is given. `labels` says which formulas belong beside the labels; `values`
+judges the results of sheets of numbers without formulas. `reason` says which rule judged a cell.
 """
