@@ -7,7 +7,7 @@ answer can be read again safely.
 
 import re
 from dataclasses import dataclass, replace
-from itertools import permutations
+from itertools import pairwise, permutations
 from typing import ClassVar
 
 import numpy as np
@@ -120,10 +120,13 @@ class Number(Kind):
             yield f"Only the sign of {name} is wrong.", np.where(np.arange(len(names)) == number, -1, 1) * target
         for order in permutations(range(len(names))) if names else ():
             yield "The right numbers in a different order.", target[list(order)]
-        yield "That is twice the right answer.", 2 * target
-        yield "That is half of the right answer.", target / 2
+        factors = [("That is twice the right answer.", 2 * target)]
+        factors.append(("That is half of the right answer.", target / 2))
         if not names and target and np.isinf(self.period):
-            yield "That is one over the right number.", 1 / target
+            factors.append(("That is one over the right number.", 1 / target))
+        for sentence, wrong in factors:
+            if np.abs(wrong).max() >= 10 * self.bound:  # a single digit may come from anything
+                yield sentence, wrong
 
     def nearly(self, value, target):
         if self.coarse(value, target):
@@ -335,6 +338,8 @@ class Name(Kind):
     ('z', 'active')
     >>> Name("ZXY ZYX").read("z-x'-y''"), Name("Z -Z").read("-Z")
     ('ZXY', '-Z')
+    >>> Name({"cubic": [], "cubic lifted": []}).read("the cubic lifted")
+    'cubic lifted'
     """
 
     choices: object  # the names in one string, or a dict of each to a list of synonyms, such as the Chinese
@@ -362,6 +367,9 @@ class Name(Kind):
         if bare(answer) not in self.known and len(letters) > 1 and max(map(len, letters)) == 1:
             answer = "".join(letters)  # Z-X'-Y'', Z → X → Y, ["Z", "X", "Y"]
         words = {bare(answer)} if bare(answer) in self.known else {bare(word) for word in str(answer).split()}
+        for first, second in pairwise(str(answer).split()):  # "the cubic lifted"
+            if bare(first + second) in self.known:
+                words = words - {bare(first), bare(second)} | {bare(first + second)}
         found = {self.known[word] for word in words if word in self.known}  # "the z axis"
         plain = all(word.isalpha() for word in words - set(self.known)) and not {"not", "no", "nor"} & words
         if len(found) == 1 and plain:

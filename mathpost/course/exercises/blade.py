@@ -6,6 +6,7 @@ import numpy as np
 
 from mathpost.controls.reader import read
 from mathpost.course.answers import Name, Number, Vector
+from mathpost.course.exercises.selection import WAYS
 from mathpost.course.judged_program import Program, unproved
 from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_axis, with_travel
 from mathpost.course.verdict import define, slip
@@ -110,7 +111,7 @@ def lowest():
     return -min(before, after) - 1e-3
 
 
-@define("07-way", Name("direct linear cubic aside retract"))
+@define("07-way", Name(WAYS))
 def way():
     """It keeps both tolerances, and while C turns the tool is in the air."""
     return "retract"

@@ -144,7 +144,7 @@ def trap():
     return (10, -5, -40)
 
 
-@define("06-price", Number(decimals=1))
+@define("06-price", Number(decimals=1, unit="degrees"))
 @slip("sine of B", lambda: 1 / np.sin(np.radians(2.335)))
 @slip("closeness", measure=lambda kin, tool: 1 / singular.closeness(kin, tool))
 def price(measure=singular.amplification):
@@ -262,11 +262,14 @@ def corner(before=-4):
     return 100 * 0.02 / (32 - before)
 
 
-@define("06b-way", Name("direct linear cubic aside retract"))
+WAYS = dict.fromkeys(("direct", "linear", "cubic", "cubic lifted", "aside", "retract"), ())
+
+
+@define("06b-way", Name(WAYS))
 def best_way():
     """The tool axis stands still at the pole while C turns: the tolerances are kept, at a small cost of time."""
     kin = load("dmu50v")
     crossing = Crossing(kin, blade(), selection.choose(kin, blade()).joints, (1, 2))
-    ways = [crossing.way(name) for name in ("direct", "linear", "cubic", "aside", "retract")]
+    ways = [crossing.way(name) for name in WAYS]
     kept = [way for way in ways if way.axis_error <= np.radians(0.2) and way.tip_error <= 0.01]
     return min(kept, key=lambda way: way.time).name
