@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
+from mathpost.course.lesson_data import load, with_travel
 from mathpost.errors import MathpostError
 from mathpost.formula import numeric
 from mathpost.path.deviation import deviation
@@ -201,3 +203,97 @@ def test_the_arc_and_the_lag_are_two_numbers(dmu50v, blade, name, arc, lag):
     assert np.degrees(way.axis_error) == pytest.approx(arc, abs=0.001)
     moves = way.joints[:-1], way.joints[1:], way.place[:-1], way.place[1:]
     assert np.degrees(axis_lag(dmu50v, blade, *moves).max()) == pytest.approx(lag, abs=0.001)
+
+
+def off_the_arc(dmu50v, blade, joints, samples=401):
+    """The largest distances of tip and tool axis, mm and degrees, from row 50 and the arc to row 60."""
+    start, end = blade.axes[1:3]
+    turn = np.arccos(start @ end)
+    fine = np.linspace(0, 1, 20001)[:, None]
+    circle = (np.sin((1 - fine) * turn) * start + np.sin(fine * turn) * end) / np.sin(turn)
+    number = np.linspace(0, len(joints) - 1, samples * (len(joints) - 1) + 1)
+    between = np.stack([np.interp(number, np.arange(len(joints)), column) for column in joints.T], axis=1)
+    tips, axes = dmu50v.forward(between)
+    off = np.linalg.norm(tips - blade.points[1], axis=1).max()
+    return off, np.degrees(np.arccos((axes @ circle.T).max(axis=1))).max()
+
+
+def test_three_readings_of_the_cubic_against_table_3(published):
+    """The slopes alone, the points alone, and both: what each makes of X Y Z B if C gives the times."""
+    rows = np.array([published[2][row] for row in (40, 50, 60, 70)])
+    printed = np.array([published[3][row] for row in range(51, 56)])
+    slopes = (1, rows[1] - rows[0]), (1, rows[3] - rows[2])
+    readings = {
+        "slopes": CubicSpline([0, 1], rows[1:3], bc_type=slopes),
+        "points": CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot"),
+        "both": CubicSpline([-1, 0, 1, 2], rows, bc_type=slopes),
+    }
+    missed = {}
+    fine = np.linspace(0, 1, 200001)
+    for name, curve in readings.items():
+        c = curve(fine)[:, 4]
+        times = np.interp(-printed[:, 4], -c[c.argmax() :], fine[c.argmax() :])  # C falls from its crest on
+        missed[name] = np.abs(curve(times) - printed).max(axis=0)[:4]
+    assert missed["points"].max() < 0.001
+    np.testing.assert_allclose(missed["both"], [0.220, 0.149, 0.284, 0.293], atol=0.001)
+    assert missed["slopes"][:3].max() == pytest.approx(0.98, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("dt", "arc", "lowest"),
+    [((1, 1), 1.383, 1.38), ((0.5, 0.5), 0.569, -0.20), ((2, 2), 1.951, 2.02), ((0.3, 1.7), 0.345, 0.03)],
+)
+def test_the_virtual_time_shapes_the_axis_error(dmu50v, blade, dt, arc, lowest):
+    """B and C on Hermite's cubic, written out here; the tip is not asked."""
+    m = dmu50v.inverse(blade.points, blade.axes)[:4, 0, 3:]
+    k_1, k_2 = (m[1] - m[0]) / dt[0], (m[3] - m[2]) / dt[1]
+    t = np.linspace(0, 1, 2001)[:, None]
+    rotary = m[1] * (1 - 3 * t**2 + 2 * t**3) + m[2] * (3 * t**2 - 2 * t**3)
+    rotary = rotary + k_1 * (t - 2 * t**2 + t**3) + k_2 * (t**3 - t**2)
+    joints = np.hstack([np.zeros((len(t), 3)), rotary])
+    assert off_the_arc(dmu50v, blade, joints, samples=1)[1] == pytest.approx(arc, abs=0.001)
+    assert np.degrees(rotary[:, 0].min()) == pytest.approx(lowest, abs=0.01)
+
+
+def test_table_3_mended_against_table_2_mended(dmu50v, blade, published):
+    """X Y Z computed from the printed B and C: what is left between the rows."""
+    words = np.array([published[3][row] for row in (50, 51, 52, 53, 54, 55, 60)])
+    place = np.r_[1, 1 + np.array(TABLE_3_TIMES), 2]
+    mended = dmu50v.close(blade.at(place)[0], np.radians(words[:, 3:]))
+    assert off_the_arc(dmu50v, blade, mended) == pytest.approx((4.4, 1.963), abs=0.05)
+    assert off_the_arc(dmu50v, blade, mended)[1] == pytest.approx(1.963, abs=0.001)
+    assert off_the_arc(dmu50v, blade, mended[[0, -1]])[0] == pytest.approx(76.5, abs=0.05)
+
+
+def test_b_at_110_degrees_leans_the_tool_by_70_8(dmu50v):
+    """A turn about the axis at 45°, by SciPy."""
+    turned = Rotation.from_rotvec(np.radians(110) * np.array([0, 1, 1]) / np.sqrt(2)).apply([0, 0, 1])
+    assert np.degrees(np.arccos(turned[2])) == pytest.approx(70.8, abs=0.05)
+    axis = dmu50v.forward([0, 0, 0, np.radians(110), 0])[1]
+    assert axis[2] == pytest.approx(turned[2])
+
+
+@pytest.mark.parametrize(("rule", "arc"), [("optimal", 4.183), ("shortest", 3.322), ("paper", 2.548)])
+def test_each_choice_with_b_from_minus_5_strays_from_its_arcs(blade, rule, arc):
+    """Over all four moves, by dense sampling; no choice is nearer than its distance from the pole allows."""
+    kin = with_travel(load("dmu50v"), -5, 110)
+    joints = selection.choose(kin, blade, rule, sway=np.inf).joints
+    worst = 0.0
+    for move in range(4):
+        step = joints[move + 1] - joints[move]
+        step[4] -= 2 * np.pi * np.round(step[4] / (2 * np.pi))
+        axes = kin.forward(joints[move] + np.linspace(0, 1, 1001)[:, None] * step)[1]
+        one, two = blade.axes[move : move + 2]
+        turn = np.arccos(one @ two)
+        fine = np.linspace(0, 1, 4001)[:, None]
+        circle = (np.sin((1 - fine) * turn) * one + np.sin(fine * turn) * two) / np.sin(turn)
+        worst = max(worst, np.degrees(np.arccos((axes @ circle.T).max(axis=1).clip(-1, 1))).max())
+    assert worst == pytest.approx(arc, abs=0.001)
+
+
+@pytest.mark.parametrize(("n", "tip"), [(5, 5.516), (80, 0.0329), (160, 0.0083)])
+def test_what_the_number_of_points_buys(dmu50v, blade, n, tip):
+    """The accuracy asks for a least n: the tip between n points, by dense sampling."""
+    joints = selection.choose(dmu50v, blade).joints
+    _, points = yu_dan.smooth(dmu50v, blade, joints, (1, 2), n)
+    assert off_the_arc(dmu50v, blade, points, samples=41)[0] == pytest.approx(tip, rel=0.15)
