@@ -15,6 +15,7 @@ from mathpost.post.singular import distance, from_pole, regions
 
 CONE = np.radians(1.0)  # about the singular tool axes
 SAMPLES = 48  # of the tool in a part, between two blocks
+TOUCH = 0.01  # mm; less is what a face made of triangles takes from a round one, here and in paths.js
 IN_THE_PART = "#c0002a"
 BRANCHES = ("first branch", "second branch")
 
@@ -99,7 +100,7 @@ def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0, part=None)
             sampled = np.stack([np.interp(at, number, column) for column in blocks.T], axis=-1)
             depth = solid.depth(*each.forward(sampled))
             run["depth"] = depth.round(4).tolist()
-            if depth.any():
+            if depth.max() > TOUCH:
                 places.append(["in the part", float(np.interp(at[depth.argmax()], number, ends)) + 1])
         state_runs.append(run)
         scenes.append(drawn)
