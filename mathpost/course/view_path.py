@@ -117,9 +117,9 @@ def travel_limit(kin, cl, records, high):
     for way in ways:
         costs = [each[way].cost for each in found.values()]
         price.plot(*_stairs(list(found), costs), color=plot.COLOUR[way], linewidth=width[way])
-        (lines[way],) = tilt.plot(places, places, linewidth=width[way], color=plot.COLOUR[way])
+        (lines[way],) = tilt.plot(places, places, linewidth=width[way], color=plot.COLOUR[way], label=way)
         (dots[way],) = price.plot([], [], "o", color=plot.COLOUR[way])
-    figure.legend(loc="outside lower center", ncols=6, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=7, fontsize=8)
 
     def update(low):
         lowest.set_ydata([low, low])

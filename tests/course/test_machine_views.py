@@ -313,7 +313,7 @@ def test_a_walk_tells_how_deep_the_tool_is_in_a_part(dmu50v, blade, pillar):
     assert run["depth"][number] == pytest.approx(max(0, 13 - from_axis), abs=5e-3)
     deepest = dict(view.state["places"])["in the part"]
     assert deepest == pytest.approx(1 + np.argmax(run["depth"]) / SAMPLES)
-    away = replace(pillar, rings=[each + [500, 0, 0] for each in pillar.rings])
+    away = replace(pillar, rings=[np.add(each, [500, 0, 0]) for each in pillar.rings])
     assert "in the part" not in dict(view_machine.walk(dmu50v, blade, joints, part=away).state["places"])
     (drawn,) = [each for each in view.scenes[0].solids if isinstance(each, Lofted)]
     assert drawn.rings[1] == pytest.approx(beside.rings[0]), "the part stands in place of the sketch"
