@@ -186,7 +186,7 @@ def _directions(found, used, line, along):
             yield each
     if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest that is not turned by the angles
         (first,), turned = vectors, found.graph.downstream(line)
-        others = [each for each in found.lines(found.typed - line, 3) if each[0][along] != each[1][along]]
+        others = [each for each in found.all_lines if line.isdisjoint(each) and each[0][along] != each[1][along]]
         others = [each for each in others if set(each).isdisjoint(first) and each[0][0] == first[0][0]]
         others = [each for each in others if turned.isdisjoint(found.graph.downstream(each))]
         others.sort(key=lambda each: abs(each[0][1] - first[0][1]) + abs(each[0][2] - first[0][2]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import cached_property
 from itertools import product, takewhile
 from typing import TYPE_CHECKING
 
@@ -233,6 +234,11 @@ class Given:
                 ends = map(self.graph.reading_order, (triple[0], triple[-1]))
                 found[triple] = (-count, down + right, *ends)  # in rows first, whatever the order of sets
         return sorted(found, key=lambda triple: found[triple])
+
+    @cached_property
+    def all_lines(self) -> list[Line]:
+        """Triples of evenly spaced typed cells."""
+        return self.lines(self.typed, 3)
 
     def label(self, place: Place) -> str:
         """The text to the left of a cell or above it, the first that names something; empty if there is none."""

@@ -21,6 +21,7 @@ from mathpost.workbook.meaning.rows import rows_alike
 from mathpost.workbook.meaning.texts import FOREIGN, PASSIVE, reading
 from mathpost.workbook.meaning.turns import Turns
 from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
+from mathpost.workbook.sheet.neighbours import filled
 from mathpost.workbook.sheet.tree import heads
 
 if TYPE_CHECKING:
@@ -133,6 +134,10 @@ class Recognised(Turns):
         # One coordinate of each of three points is no vector, nor three times one coordinate.
         lengths = [self.lengths.intersection(self.depends.get(p, ())) for p in triple]
         turned &= lost or any(a & b for a, b in combinations(lengths, 2))
+        common = set.intersection(*lengths)  # such as a centre; what is added after the turn is each one's own
+        own = [each - common - self.unmoved.get(p, set()) for p, each in zip(triple, lengths, strict=True)]
+        of_rows = all(own) and not any(a & b for a, b in combinations(own, 2))
+        turned &= not (of_rows and all(filled(graph, triple[0], p) == graph.tree(p) for p in triple[1:]))
         turned &= not self._is_one_coordinate(triple)
         of_signs = all(t[0] == "area" or (t[0] == "minus" and t[1][0] == "area") for t in trees)
         mirrored = {t[0] for t in trees} == {"minus", "area"} or re.search(MIRRORED, self.heading(triple), re.I)

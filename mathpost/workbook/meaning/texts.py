@@ -26,6 +26,8 @@ AXIS_OR_THEN = re.compile(
 FACTOR = r"\bR_?([xyz123])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN, PAIR = (re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * n), re.I) for n in (3, 2))
 SPACED = re.compile("[=+] *" + " ".join([FACTOR] * 3), re.I)
+# p′ᵀ = pᵀ·Rᵀ says of rows what p′ = R·p says of columns.
+BOTH_SIDES = r"\b([prvx])['’′]?(?:ᵀ|\^T) *= *\1(?:ᵀ|\^T) ?[·*×]? ?\w+(?:ᵀ|\^T)"
 ROWS = r"\brow vector|zeilenvektor|vecteurs?[ -]ligne|行向量|\brows?\b[^.;,\n]{0,15}[·*×]"
 YAW, PITCH, ROLL = (
     r"(?:yaw|heading|gier\w*|lacet|偏航)",
@@ -38,7 +40,8 @@ CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken of
 NUMBERS = str.maketrans("123", "XYZ")
 UNDONE = r"\^-1|⁻¹|ᵀ|\^t\b|invers|transp|rück"
 FIXED = (
-    r"fixed (?:axes|[xyz]\b)|axes (?:are |stay )?fixed|extrins|static axes|raumfest|feste[nr]? achsen|axes? fixes?"
+    r"fixed[ -](?:ax[ei]s\b|[xyz]\b)|axes (?:are |stay )?fixed|extrins|static axes"
+    r"|raumfest|feste[nr]? achsen|axes? fixes?"
 )
 FIXED += r"|固定(坐标)?轴|外旋"
 TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
@@ -103,7 +106,8 @@ def reading(task: Task, text: str, count: int = 3) -> tuple[str, bool, str, list
     of_turns = [line for line in text.splitlines() if re.search(OF_TURNS, line, re.I) or (may and line.isalpha())]
     of_turns = [] if re.search(DENIED, text, re.I) else of_turns
     is_active, of_matrices = (any(re.search(p, line, re.I) for line in of_turns) for p in (ACTIVE, SAID_ACTIVE))
-    passive, transposed = (bool(re.search(pattern, text, re.I)) for pattern in (PASSIVE, TRANSPOSED))
+    own = re.sub(BOTH_SIDES, "", text)  # what is transposed by itself
+    passive, transposed = bool(re.search(PASSIVE, text, re.I)), bool(re.search(TRANSPOSED, own, re.I))
     active = is_active and not passive and (not transposed or bool(re.search(TURNED, text, re.I)))
     active = task.convention == "active" if task.convention else active
     turning = re.search(TURNING, text, re.I) or PRIMED.search(text)

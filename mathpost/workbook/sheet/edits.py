@@ -101,6 +101,8 @@ def edits(
         pair = [heads(graph.tree(area.places[0])) & TRIGONOMETRY.keys() for area in (a, b)]
         yield "sin and cos exchanged" if {"SIN"} in pair and {"COS"} in pair else "wrong reference", tree, new, new
     for path, area, other in _elsewhere(graph, place, references, inputs, windows):
+        if other and _is_block(graph, area) and not (_is_block(graph, other) or tuple(other.places) in windows):
+            continue  # what covers a block was not misplaced
         if other and other != area and place not in other.places and not there.isdisjoint(other.places):
             yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
             if count[area] > 1:  # all that refer there
@@ -179,6 +181,12 @@ def _elsewhere(graph, place, references, inputs, windows):
         yield from ((path, area, other) for other in meant if other.shape == area.shape)
         far = range(5, 60 if not area.fixed[0] else 5)
         yield from ((path, area, area.moved(sign * rows, 0)) for sign in (-1, 1) for rows in far)
+
+
+def _is_block(graph, area):
+    """Whether a range of rows and columns covers just what hangs together on the sheet."""
+    whole = graph.component.get(area.places[0], ())
+    return min(area.shape) > 1 and len(whole) == len(area.places) and {*whole} == {*area.places}
 
 
 def _longer(area):

@@ -217,7 +217,8 @@ class Known:
             column, rows = tree[1][1].places, self.graph.component
             around = offset(column[0], -1, 0), offset(column[-1], 1, 0)
             return not rows.keys().isdisjoint(column) and rows.keys().isdisjoint(around)
-        if is_angle and (self.is_angle(value) or self.is_angle(np.deg2rad(value))):
+        units = {1.0, np.pi / 180, *self.judge.units.values()}
+        if is_angle and any(self.is_angle(unit * value) for unit in units):
             return True
         if "MDETERM" in functions:
             vectors = {p for turn in self.turns for p in (*turn.point, *turn.results)}
