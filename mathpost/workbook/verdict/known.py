@@ -195,11 +195,9 @@ class Known:
     def is_angle(self, radians: np.ndarray) -> bool:
         """Whether a value is an angle between two vectors, or computed back."""
         off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
-        found = [
-            *off,
-            *(np.abs(np.pi - np.abs(radians - np.pi) - whole) for whole in self.whole),
-        ]  # or the long way
-        return any(each[1:].max() < 1e-6 for each in found)
+        whole = np.array(self.whole).reshape(-1, SAMPLES)
+        off = np.concatenate([off, np.abs(np.pi - np.abs(radians - np.pi) - whole)])  # or the long way
+        return bool((off[:, 1:].max(axis=1) < 1e-6).any())
 
     def is_length(self, value: np.ndarray) -> bool:
         """Whether a value is the length of a vector."""
