@@ -13,7 +13,7 @@ import numpy as np
 from mathpost.bounds import TooLarge, bounded
 from mathpost.workbook.meaning.given import QUATERNION
 from mathpost.workbook.meaning.label import read_label
-from mathpost.workbook.meaning.nc_table import looked_at
+from mathpost.workbook.meaning.nc_numbers import looked_at
 from mathpost.workbook.meaning.recognise import Recognised
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, TOO_LARGE, UNCLEAR, WRONG, FileReport, Judgement
 from mathpost.workbook.sheet.edits import INVERSE
