@@ -19,7 +19,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.formula import numeric
 from mathpost.frame import Frame
 from mathpost.measure import csv_table
-from mathpost.measure.fit import Estimate, Measurement
+from mathpost.measure.fit import Estimate, Measurement, coverage_factor
 from mathpost.rotation import ACTIVE, wrap
 
 VERTICAL = -1  # the source's mark for "measured with the vertical head"
@@ -171,16 +171,29 @@ class FittedHead:
         e, f, a, b = (self.estimate[name] for name in "efab")
         return float(np.hypot(e, f) / np.hypot(a, b))
 
+    def at(self, angles: ArrayLike) -> Head:
+        """Return a `Head` with the predicted vectors of these positions, degrees."""
+        turning = turning_arm(self.measured.sense, self.measured.zero)
+        predicted = turning.predict(self.estimate.values, {"CPOS": angles}, degrees=True)
+        vectors = np.column_stack([predicted[name] for name in "xyz"])
+        return Head(
+            tuple(np.asarray(angles, dtype=float).tolist()), vectors, self.measured.sense, self.measured.zero
+        )
+
+    def expanded(self, angle: float) -> np.ndarray:
+        """Return the expanded uncertainty of the predicted vector, shape (3,), mm, 95 %; index errors apart."""
+        turning = turning_arm(self.measured.sense, self.measured.zero)
+        each = [turning.predict({name: 1.0}, {"CPOS": angle}, degrees=True) for name in self.estimate.values]
+        slopes = np.array([[one[axis] for one in each] for axis in "xyz"])  # the model is linear in its unknowns
+        variances = np.diag(slopes @ self.estimate.covariance @ slopes.T)
+        return coverage_factor(self.estimate.freedom) * np.sqrt(variances)
+
     def head(self, step: float = 2.5) -> Head:
         """Return a `Head` with the predicted vectors of every index position, `step` degrees apart."""
         count = 360 / step if step > 0 else 0.5
         if round(count) < 1 or abs(count - round(count)) > 1e-9:
             raise InputError("step", "a whole fraction of 360°", f"{step:g}")
-        angles = np.arange(round(count)) * step
-        turning = turning_arm(self.measured.sense, self.measured.zero)
-        predicted = turning.predict(self.estimate.values, {"CPOS": angles}, degrees=True)
-        vectors = np.column_stack([predicted[name] for name in "xyz"])
-        return Head(tuple(angles.tolist()), vectors, self.measured.sense, self.measured.zero)
+        return self.at(np.arange(round(count)) * step)
 
 
 def fit_head(head: Head, *, sigma: float | None = None) -> FittedHead:

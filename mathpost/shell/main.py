@@ -16,6 +16,7 @@ COMMANDS = {  # a file of this folder each, and a line of help
     "post": "CL data to a verified NC program",
     "verify": "a program of any post: what it does on the machine, and whether it follows the CL data",
     "calibrate": "readings to a machine file, its errors and a control's terms",
+    "head": "a horizontal head from measured vectors: its axis, what is left, blocks for any position",
     "check": "check spreadsheets of rotations or NC words by their formulas",
     "explain": "which misreading of the convention gives this number?",
     "pose": "a tool axis to every position of a machine, or joints to tip and tool axis",
@@ -108,5 +109,5 @@ def _joined(arguments):
     """Keep argparse from taking values for options: vectors such as -1,0,2, numbers such as -1e-16 or -54,7356."""
     if arguments[:1] in (["explain"], ["pose"], ["plane"]):
         return [re.sub(r"^-(?=[\d.,]+(e[+-]?\d+)?°?$)", "−", word) for word in arguments]
-    words, vectors = iter(arguments), ("--origin", "--angles", "--point")
+    words, vectors = iter(arguments), ("--origin", "--angles", "--point", "--measured")
     return [f"{word}={next(words, '')}" if word in vectors else word for word in words]

@@ -13,6 +13,7 @@ PANELS = {
     "post": "post_panel.panel",
     "check": "check_panel.panel",
     "calibrate": "calibrate_panel.panel",
+    "head": "text_panel.head",
     "verify": "text_panel.verify",
     "explain": "text_panel.explain",
     "pose": "text_panel.pose",

@@ -11,6 +11,10 @@ from mathpost.machine import LETTERS, from_dict
 COLUMNS = ("from", "to", "rate", "acceleration")
 CELL = widgets.Layout(width="255px")
 LABEL = {"description_width": "155px"}
+WEIGHTS = (
+    "Rates are the weights of the selection: a move costs the seconds of its slowest axis, so half the rate counts "
+    "twice. An axis without a rate costs nothing."
+)
 
 
 class Axes(widgets.VBox):
@@ -41,7 +45,8 @@ class Axes(widgets.VBox):
                     placeholder="none", style=LABEL,
                 )  # fmt: skip
             rows.append(widgets.HBox(list(self.cells[name].values())))
-        self.children = rows or (widgets.HTML("<span class=mathpost-help>choose a machine first</span>"),)
+        said = WEIGHTS if rows else "choose a machine first"
+        self.children = (widgets.HTML(f"<span class=mathpost-help>{said}</span>"), *rows)
 
     def changed(self) -> str | None:
         """Return the machine file with the numbers that were typed, its comments kept; None if none was changed."""

@@ -22,6 +22,7 @@ SHIPPED = {  # files that come with the package, by the option that takes them
     "machine": "machines/*.toml",
     "errors": "errors/*.toml",
     "readings": "measurements/*.csv",
+    "vectors": "measurements/*head.csv",
     "path": "workbooks/*.xlsx",
 }
 UNITS = {"MM": "mm", "DEG": "°"}

@@ -1,4 +1,4 @@
-"""Commands whose answer is what they print: explain, pose, plane, verify."""
+"""Commands whose answer is what they print: explain, pose, plane, verify, head."""
 
 import argparse
 import io
@@ -34,6 +34,11 @@ def plane(**values: Any) -> Panel:
 def verify(**values: Any) -> Panel:
     """Return the panel of ``verify``: a program of any post against its CL data."""
     return Panel("verify", work, ("program", "machine", "dialect", "cl", "origin"), values)
+
+
+def head(**values: Any) -> Panel:
+    """Return the panel of ``head``: a horizontal head from its measured vectors."""
+    return Panel("head", work, ("vectors", "at", "turns", "measured", "sigma"), values)
 
 
 def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from mathpost.errors import InputError
 from mathpost.measure import horizontal_head
 from mathpost.measure.horizontal_head import VERTICAL, Head
+from mathpost.shell.main import main
 
 CSV = Path(__file__).parent.parent.parent / "data/measurements/five_face_head.csv"
 OFFSET, POINT = (1000, 500, 300), (10, 20, 30)
@@ -155,3 +156,37 @@ def test_step_must_divide_the_turn(head):
     for step in (7, 0, -2.5, 721, np.nan):
         with pytest.raises(InputError, match=f"step: expected a whole fraction of 360°, found {step}"):
             horizontal_head.fit_head(head).head(step)
+
+
+def test_the_uncertainty_between_the_positions_is_what_each_reading_does_to_the_vector(head):
+    """Each of the twelve readings moved by itself, and the head fitted anew."""
+    sigma, at = 0.01, 73.0
+    fitted = horizontal_head.fit_head(head, sigma=sigma)
+    variances = np.zeros(3)
+    for place in np.ndindex(head.vectors.shape):
+        vectors = head.vectors.copy()
+        vectors[place] += sigma
+        moved = horizontal_head.fit_head(Head(head.angles, vectors))
+        variances += (moved.at([at]).vectors[0] - fitted.at([at]).vectors[0]) ** 2
+    np.testing.assert_allclose(fitted.expanded(at), 1.959964 * np.sqrt(variances), rtol=1e-5)
+
+
+def test_the_command_says_what_is_left_and_the_block_of_any_position(capsys, tmp_path):
+    """A head drawn here: it turns the other way about a line beside the spindle; one vector is then moved."""
+    file = tmp_path / "mine.csv"
+    phi = np.radians([0, 60, 120, 180, 240, 300])
+    turned = Rotation.from_rotvec(np.outer(phi, [0, 0, 1])).apply([250.0, 0.02, 400.0])
+    arm = turned + np.array([0.3, -0.2, 0.0])
+    for off, status in ((0.0, 0), (0.03, 1)):
+        arm[2, 0] += off
+        rows = np.column_stack([np.degrees(phi), arm]).tolist()
+        lines = ["angle,x,y,z", *(",".join(f"{value:.4f}" for value in row) for row in rows)]
+        file.write_text("\n".join(lines), encoding="utf-8")
+        words = ["head", f"{file}", "--turns", "counterclockwise", "--sigma", "0.005", "--measured", "0,-1,60"]
+        assert main([*words, "--at", "90"]) == status
+        said = capsys.readouterr().out
+        assert ("the vectors fit" in said) is (status == 0)
+        assert "AROT Z=180.000 X=90" in said, "Z′ points to +Y there"
+        if not status:
+            assert "TRANS X=-250.020 Y=249.800 Z=0.000" in said, "0.3 − 0.02 − 250.3, −0.2 + 250, 400 − 400"
+    assert main([*words[:2], "--at", "90"]) == 2 and "does the head turn the other way?" in capsys.readouterr().err

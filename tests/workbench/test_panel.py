@@ -2,18 +2,21 @@
 
 import argparse
 import io
+import itertools
 import re
 import tempfile
 import zipfile
 from pathlib import Path
 
 import ipywidgets as widgets
+import numpy as np
 import openpyxl
 import pytest
 
 from mathpost import workbench
 from mathpost.course.exercises.capstone import task
 from mathpost.errors import InputError
+from mathpost.path import cl
 from mathpost.shell import main, post
 from mathpost.workbench.panel import SENTENCE
 from mathpost.workbench.run import Made, parsed
@@ -26,6 +29,7 @@ MADE = {  # none is changed
     "explain": workbench.explain(angles="1 2 3"),
     "pose": workbench.pose(machine="bc_table.toml"),
     "plane": workbench.plane(words="G68.2 I135 J54.7356 K-90"),
+    "head": workbench.head(vectors="five_face_head.csv"),
     "verify": workbench.verify(program="blade.h", machine="dmu50v.toml"),
 }
 
@@ -160,6 +164,25 @@ def test_a_wrong_number_of_an_axis_is_said_before_anything_runs():
         assert colour == "wrong" and text.startswith(expected) and panel.thread is None
         cell.value = was
     assert left() == before
+
+
+def test_rates_are_the_weights_of_the_selection(tmp_path):
+    """Every choice of branches is tried here, of two times the slowest axis; a slow B lets C swing instead."""
+    path = cl.read(DATA / "cl/blade.cl")
+    tilt, azimuth = np.arccos(path.axes[:, 2]), np.arctan2(path.axes[:, 1], path.axes[:, 0])
+    for rate, swings in ((60, False), (1.2, True)):
+        panel = workbench.post(cl="blade.cl", machine="bc_table.toml", compare=False, axis_tolerance="10")
+        panel.axes.cells["B"]["rate"].value = f"{rate}"
+        (folder := tmp_path / str(rate)).mkdir()
+        report = worked(panel, folder)[0].files["report.txt"].decode()
+        costs = {}
+        for signs in itertools.product((1, -1), repeat=len(path)):
+            b, c = np.degrees(tilt * signs), np.degrees(azimuth) + 90 * (1 - np.array(signs))
+            c_steps = np.abs((np.diff(c) + 180) % 360 - 180)
+            costs[signs] = np.maximum(np.abs(np.diff(b)) / rate, c_steps / 120).sum()
+        best = min(costs, key=costs.get)
+        assert f"selection    optimal, cost {costs[best]:.3f} s" in report
+        assert (len(set(best)) == 1) is swings
 
 
 def test_numbers_of_axes_go_into_the_file_and_what_was_not_changed_stays(tmp_path):
@@ -309,6 +332,7 @@ def test_readings_become_files_and_the_worst_is_named(tmp_path):
         ),
         (workbench.pose(machine="bc_table", axis="1 -1 1", present="-20 100"), "B 54.7356 C -45", True),
         (workbench.pose(machine="bc_table", joints="1 0 2 -20 30"), "tool axis i -0.296", True),
+        (workbench.head(vectors="five_face_head.csv", at="45"), "X 267.988 ± 0.034", True),
         (workbench.plane(point="0 0 0; 40 0 0; 0 30 10"), "G68.2 X0. Y0. Z0. I0. J18.4349 K0.", True),
     ],
 )
