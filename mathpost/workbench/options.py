@@ -25,6 +25,10 @@ SHIPPED = {  # files that come with the package, by the option that takes them
     "vectors": "measurements/*head.csv",
     "path": "workbooks/*.xlsx",
 }
+NAMED: dict[str, Callable[[], list[str]]] = {  # what a name stands for, or a file of one's own
+    "CONTROL": control.names,
+    "TASK": lambda: ["zxz", "sequence", "nc"],
+}
 UNITS = {"MM": "mm", "DEG": "°"}
 # An app of voila is for people who may not look into the server: files are dropped, and downloaded.
 IS_APP = os.environ.get("SERVER_SOFTWARE", "").startswith("voila")
@@ -56,8 +60,6 @@ class Option:
             ]
             return widgets.Dropdown(options=choices, value=value or None, **how)
         text = " ".join(value) if isinstance(value, list | tuple) else "" if value is None else str(value)
-        if self.action.metavar == "CONTROL":
-            return widgets.Combobox(options=control.names(), value=text, **how)
         shape = self.action.metavar
         shape = " ".join(shape) if isinstance(shape, tuple) else (shape or "") * (shape not in UNITS)
         return widgets.Text(value=text, placeholder=shape + f"; {shape}; …" * self._is_repeated(), **how)
@@ -101,6 +103,8 @@ class FileOption(Option):
     def _made(self, label, value):
         pattern = SHIPPED.get(self.action.dest)
         self.shipped = {file.name: file for file in _shipped(pattern)} if pattern else {}
+        if self.action.metavar in NAMED:
+            self.shipped = {name: Path(name) for name in NAMED[self.action.metavar]()}
         text = "; ".join(map(str, value)) if isinstance(value, list | tuple) else str(value or "")
         return widgets.Combobox(
             description=label, options=list(self.shipped), value=text, placeholder="path, or from the list",
@@ -135,6 +139,8 @@ class FileOption(Option):
         if IS_APP:
             for name in set(names) - {*self.shipped, *(Path(each).stem for each in self.shipped)}:
                 raise InputError(self.action.dest, "a file that is dropped, or one of the list", repr(name))
+        if self.action.metavar in NAMED:
+            return [self.shipped.get(name, Path(name)) for name in names]
         return [self.shipped.get(name, Path(name)) if not Path(name).exists() else Path(name) for name in names]
 
     def content(self) -> bytes | None:
@@ -168,7 +174,8 @@ def options(command: str, values: dict[str, Any]) -> dict[str, Option]:
     found = {}
     for action in option_actions(command):
         if "-o" not in action.option_strings and action.metavar != "OUT" and action.dest != "json":
-            kind: Callable[..., Option] = FileOption if action.type is Path else Option
+            is_file = action.type is Path or action.metavar in NAMED
+            kind: Callable[..., Option] = FileOption if is_file else Option
             found[action.dest] = kind(action, values.pop(action.dest, None))
     if values:
         raise InputError(f"panel {command}", f"the options {', '.join(found)}", ", ".join(values))

@@ -379,5 +379,12 @@ def test_an_app_looks_at_nothing_of_its_server(monkeypatch, tmp_path):
     panel["cl"].field.value = str(DATA / "cl/blade.cl")
     with pytest.raises(InputError, match="cl: expected a file that is dropped, or one of the list"):
         panel.words(tmp_path)
+    panel["cl"].field.value = "blade.cl"
+    assert "--dialect=heidenhain" in panel.words(tmp_path / "named")
+    panel["dialect"].field.value = str(DATA / "controls/fanuc.toml")
+    with pytest.raises(InputError, match="dialect: expected a file that is dropped, or one of the list"):
+        panel.words(tmp_path)
+    dropped(panel, "dialect", {"mine.toml": (DATA / "controls/fanuc.toml").read_bytes()})
+    assert f"--dialect={tmp_path / 'dialect/mine.toml'}" in panel.words(tmp_path)
     panel.show(Made("done", {}, {"a.h": b"1"}))
     assert not hasattr(panel.found.children[0], "children")
