@@ -184,7 +184,7 @@ class Words:
 FIELDS = {
     "": f"({NUMBER})",
     "name": r"(\w+)",
-    "axis": r"([A-CU-Z]\d?)",
+    "axis": r"([A-CU-Z](?:\d(?==))?)",
     "text": r"([^()\"]*)",
     "word": r"(\S*)",
     "title": r"([^=]*?(?=\sQ\d|$))",

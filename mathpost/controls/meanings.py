@@ -236,5 +236,6 @@ ASSUMED = {
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
 OTHERS = ("skip", "flow", "zero", "tool", "tool number", "length", "speed", "work offset", "TCP on", "TCP off",
+          "TCP on with vectors",
           "plane angle", "absolute axis", "incremental axis")  # fmt: skip
 MEANINGS = (*MODES, *STATEMENTS, *sorted(NUMBERS), *MOTIONS, *ASSUMED, *OTHERS)

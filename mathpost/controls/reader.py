@@ -87,6 +87,7 @@ class Lines(bulk.Reader):
         self.incremental = False
         self.per_turn = False
         self.absolute_centre = False
+        self.vectors = False  # whether words that are centres of arcs elsewhere are the tool axis
         self.centre: np.ndarray | None = None
         self.cycle: Drilling | None = None
         self.leave = "initial"  # or "clearance": to where the tool comes out
@@ -244,9 +245,9 @@ class Lines(bulk.Reader):
             self.pending = tool_name(values[0])
         elif meaning == "length":
             self.load(tool_name(values[0]))
-        elif meaning in ("TCP on", "TCP off"):
-            if self.at.tcp != (meaning == "TCP on"):
-                self.at.change(tcp=meaning == "TCP on")
+        elif meaning.startswith("TCP "):
+            self.vectors = meaning == "TCP on with vectors"
+            self.at.change(tcp=meaning != "TCP off")
         elif meaning == "plane angle":
             if word[0] not in self.plane_angles:
                 raise self.error(f"a tilted plane that {word[0]} turns to", "none")
@@ -313,9 +314,7 @@ class Lines(bulk.Reader):
         centred = any(name.startswith("centre ") for name in line.values)
         if not np.isnan(line.feed):
             self.feed = line.feed
-        if vector := {name: value for name, value in line.values.items() if name.startswith("tool axis ")}:
-            angles = self.at.angles_along([vector.get(f"tool axis {letter}", 0.0) for letter in "XYZ"])
-            line.axes |= {name: (angle, "absolute") for name, angle in zip(self.names[3:], angles, strict=True)}
+        ways.point(self, line, arc)
         if not line.axes and not (arc and (centred or "sweep" in line.values)):
             return
         if line.in_machine:

@@ -1,4 +1,4 @@
-"""What one line of a program makes several moves of: arcs, helices and drilling cycles, as points on their way.
+"""Lines of a program that are no straight moves by their words: vectors of the tool axis, arcs, drilling cycles.
 
 A function here takes the reader (`mathpost.controls.reader`), which keeps what holds, and the line.
 """
@@ -15,6 +15,18 @@ from mathpost.controls.lines import Drilling, Line
 
 if TYPE_CHECKING:
     from mathpost.controls.reader import Lines
+
+
+def point(reader: Lines, line: Line, arc: str) -> None:
+    """Make words of the rotary axes of a tool axis that is stated as a vector."""
+    word = "centre" if reader.vectors else "tool axis"
+    given = [line.values.get(f"{word} {letter}") for letter in "XYZ"]
+    if all(value is None for value in given):
+        return
+    if arc:
+        raise reader.error("a straight move where the tool axis is a vector", "an arc")
+    angles = reader.at.angles_along([value or 0.0 for value in given])
+    line.axes |= {name: (angle, "absolute") for name, angle in zip(reader.names[3:], angles, strict=True)}
 
 
 def turn(reader: Lines, line: Line, clockwise: bool) -> None:

@@ -162,6 +162,15 @@ def test_machine_coordinates_are_absolute():
         ends(f"{START}G91 G53 Z0\n")
 
 
+def test_tool_axis_vectors_of_fanuc():
+    text = f"{START}G43.5 H1\nG1 X1 Y2 Z3 I0 J-0.5 K0.8660254 F100\nX2\nG43.4 H1\nG3 X1 Y3 I-1 J0\n"
+    _, program = ends(text)
+    rows = [program.blocks.words[program.lines == line][-1] for line in (5, 6, 8)]
+    np.testing.assert_allclose(rows, [[1, 2, 3, 30, 0], [2, 2, 3, 30, 0], [1, 3, 3, 30, 0]], atol=1e-5)
+    with pytest.raises(InputError, match="line 8: expected a straight move where the tool axis is a vector"):
+        ends(text.replace("G43.4", "G43.5"))
+
+
 def test_offsets_and_lengths_are_asked_for():
     text = f"G54\n{START}G55\nG1 X0 Y0 Z0 F100\nM30\n"
     with pytest.raises(InputError, match="line 5: expected the origin of G55: --origin G55=X,Y,Z"):

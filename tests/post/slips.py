@@ -19,6 +19,7 @@ from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.post.verify import Verified, verify
 from tests.conftest import DATA
+from tests.post import test_own_words as own_words
 
 KINDS = ("sign", "pivot", "branch", "winding", "digit", "lost", "inch")
 MACHINES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "ac_head", "nutating_head", "nutating_head_table")
@@ -56,6 +57,25 @@ def job(rng, *, tcp=None) -> Job:
         except MathpostError:
             continue
         return Job(machine, name, with_tcp, path, made.program)
+
+
+def own_words_job(rng) -> Job:
+    """A random job of arcs or holes, upright or tilted, sometimes with TCP, in the control's own words."""
+    while True:
+        name, dialect = str(rng.choice(own_words.MACHINES)), str(rng.choice(own_words.CONTROLS))
+        angles = {letter: rng.uniform(10, 30) for letter in "ABC"} if rng.random() < 0.5 else {}
+        setup, *vectors = own_words.on_machine(name, **angles)
+        with_tcp = bool(rng.random() < 0.3)
+        if rng.random() < 0.5:
+            text, _ = own_words.arcs_file(rng, *vectors, int(rng.integers(3, 9)))
+        else:
+            text, _ = own_words.holes_file(rng, *vectors)
+        path = cl.parse(text)
+        try:
+            made = post.run(path, setup, dialect=dialect, tcp=with_tcp)
+        except MathpostError:
+            continue
+        return Job(setup, dialect, with_tcp, path, made.program)
 
 
 def _path(rng, kin):

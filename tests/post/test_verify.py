@@ -5,10 +5,13 @@ import re
 import numpy as np
 import pytest
 
+from mathpost import machine
 from mathpost.errors import MathpostError
 from mathpost.shell.main import main
 from tests.conftest import DATA
+from tests.independent.machine_model import Model
 from tests.post import slips
+from tests.post.rewritten import rewritten
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -17,6 +20,41 @@ def test_right_programs_agree(seed):
     judged = made.judged()
     assert judged.status == 0, str(judged)
     assert judged.along.tip <= 0.01
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_right_programs_in_the_words_of_another_post_agree(seed):
+    """Own words of the control on every second one; none is read as it was written."""
+    rng = np.random.default_rng(40 + seed)
+    made = slips.own_words_job(rng) if seed % 2 else slips.job(rng)
+    text = rewritten(rng, made)
+    assert text != made.text
+    judged = made.judged(text)
+    assert judged.status == 0, str(judged)
+    assert judged.along.tip <= 0.01
+
+
+def test_vectors_of_the_tool_axis_agree():
+    """G43.5: the rotary words of a program with TCP as the tool axis, by formulas of another kind."""
+    rng = np.random.default_rng(3)
+    made = slips.job(rng, tcp=True)
+    while made.control not in ("fanuc", "mazak"):
+        made = slips.job(rng, tcp=True)
+    file = next(file for file in sorted((DATA / "machines").glob("*.toml")) if machine.load(file) == made.machine)
+    model, angles, lines = Model(file), {}, []
+    for line in made.text.replace("G43.4", "G43.5").splitlines():
+        words = re.findall(r"(?<![A-Z])([ABC])(-?[\d.]+)", line) if " X" in line or " Y" in line else []
+        angles |= {name: float(value) for name, value in words}
+        if words:
+            _, axis = model.place(
+                np.zeros(3), [angles[name] for name in made.machine.joint_names[3:]], model.length
+            )
+            turned = "".join(f" {name}{value:.9f}" for name, value in zip("IJK", axis, strict=True))
+            line = re.sub(r" [ABC]-?[\d.]+", "", line)
+            line = re.sub(r"(?= F|$)", turned, line, count=1)
+        lines.append(line)
+    judged = made.judged("\n".join(lines) + "\n")
+    assert judged.status == 0, str(judged)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in slips.KINDS if kind != "digit"])
