@@ -236,7 +236,7 @@ def _klartext(rng, lines):
             line = _other_plane(rng, line)
         if line == "CYCL CALL":
             at.pop("Z", None)
-            if style["M99"] and found[-1].startswith("L "):
+            if style["M99"] and found[-1].startswith("L ") and ";" not in found[-1]:
                 found[-1] += " M99"
                 continue
         if line.startswith("CYCL DEF 200") and style["lines"]:
