@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("vectors", **FILE, help="CSV: angle, x, y, z; horizontal minus vertical head")
     add("--at", type=float, metavar="DEG", help="any position; default: those that were measured")
-    add("--turns", choices=SENSE, default="clockwise", help="seen from +Z, as its angle grows")
+    add("--turns", choices=tuple(SENSE), default="clockwise", help="seen from +Z, as its angle grows")
     add("--zero", type=float, default=0.0, metavar="DEG", help="where Z′ points at angle 0, from +X towards +Y")
     said = "of the work offset: the head's angle when each axis was measured, -1 (default) with the vertical head"
     add("--measured", type=vector, metavar="X,Y,Z", help=said)
