@@ -139,7 +139,7 @@ FORMS = {  # what is done to the file, and what must come of it: "right", or "sa
         ),
         "said",
     ),
-    "a word for a number": (_form(lambda h, n, r: (h, n, [[*r[0][:-1], "n/a"], *r[1:]])), "said"),
+    "a word for a number": (_form(lambda h, n, r: (h, n, [["n/a", *r[0][1:]], *r[1:]])), "said"),
     "a misspelt column": (_form(lambda h, n, r: (h, [*n[:-1], n[-1] + "q"], r)), "said"),
     "the log of a control": (lambda c: "TCHPR451.TXT\n" + c, "said"),
 }
