@@ -167,6 +167,8 @@ def estimate(machine, read):
     solution, shown = problem.solve()
     found = _calibration(problem, solution, bars[0] if bars else {})
     found = replace(found, residuals=tuple(verdict.residuals(problem, solution)))
+    if not seen and set(found.values) <= set(found.assumed):
+        raise InputError(", ".join(found.noise), "readings at several angles of an axis", "none that tells of one")
     verdict.refuse_absurd(found)
     doubts, notes = verdict.judge(problem, solution, shown)
     doubts, notes = (*files.copied(blocks), *doubts), (*notes, *verdict.left_out(problem, solution, found))

@@ -377,3 +377,22 @@ def test_without_one_reading(tmp_path):
     less = found(rows[:row] + rows[row + 1 :])
     moved = abs(less[name].value - whole[name].value) / whole[name].U
     assert 0.3 * float(said[1]) < moved < 2 * float(said[1])  # the row has three readings, the note is of one
+
+
+def test_one_place_three_times_tells_nothing(tmp_path):
+    path = tmp_path / "centre.csv"
+    path.write_text("# method = centre\n# unit = mm\nC,x,y\n0,80.001,2\n0,80,2.001\n0,80.002,2\n", encoding="utf-8")
+    with pytest.raises(InputError, match="expected readings at several angles of an axis, found none that tells"):
+        calibrate(machines.load("ac_table"), [path])
+
+
+@pytest.mark.parametrize(("label", "factor"), [("x (cm)", 0.1), ("x (m)", 1e-3), ("A (gon)", 1 / 0.9)])
+def test_units_behind_a_name_are_obeyed(label, factor, tmp_path):
+    head, names, rows = _lines(plain("ball"))
+    path = tmp_path / "ball.csv"
+    path.write_text(simulated.toml("table"), encoding="utf-8")
+    machine, column = machines.load(path), names.index(label[0])
+    changed = _times(names, rows, [column], factor)
+    content = _join(head, [label if n == column else name for n, name in enumerate(names)], changed)
+    numbers, said = outcome(content, machine, path)
+    assert said == "" and numbers == pytest.approx(outcome(plain("ball"), machine, path)[0], abs=1e-7)
