@@ -199,7 +199,8 @@ def _outside(program, joints, kin):
         for t in BETWEEN if inner.size else ():
             mixed = words[inner - 1] + t * (words[inner] - words[inner - 1])
             way = machine.close(mixed[:, :3], mixed[:, 3:])
-            for row, at in zip(inner[~machine.machine.within(way).all(axis=1)], way, strict=False):
+            out = ~machine.machine.within(way).all(axis=1)
+            for row, at in zip(inner[out], way[out], strict=True):
                 found.append((int(row), "on the way: " + "; ".join(machine.machine.out_of_travel(at))))
     return tuple(sorted(dict(reversed(found)).items()))
 

@@ -7,6 +7,7 @@ import pytest
 
 from mathpost import machine
 from mathpost.errors import MathpostError
+from mathpost.post.verify import verify
 from mathpost.shell.main import main
 from tests.conftest import DATA
 from tests.independent.machine_model import Model
@@ -141,3 +142,12 @@ def test_a_machine_with_one_rotary_axis(tmp_path, capsys):
     program.write_text(program.read_text().replace(" A-", " A+"))
     assert main(asked) == 1
     assert "A turns the other way" in capsys.readouterr().out
+
+
+def test_the_way_under_tcp_may_leave_travel():
+    """Half a turn of C about a tip 240 mm from its axis: half way there Y stands at 240 mm, of 225 mm of travel."""
+    text = "M128\n" + "".join(
+        f"L X+240 Y{y:+} Z+100 B+0 C{c:+} F1000\n" for y, c in ((0, 0), (1, 0), (0, 0), (0, 180), (1, 180))
+    )
+    judged = verify(text, machine.load("dmu50v"))
+    assert judged.outside == ((3, "on the way: Y 240.000mm is outside -225 … 225"),)
