@@ -112,7 +112,7 @@ class Machine:
     program_foot: tuple = ()
     tool_change: tuple = ()
     # Where all axes may turn freely, X Y Z as in `limits_of`, None for one that may be anywhere; or not known.
-    safe: tuple | None = None
+    safe: tuple[float | None, float | None, float] | None = None
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -72,14 +72,9 @@ def siemens(axis: str, step: float, error: Curve, error_down: Curve | None = Non
 
 
 def fanuc(
-    axis: int,
-    step: float,
-    error: Curve,
-    *,
-    unit: float = DEGREES,
-    detection: float = 0.001,
+    axis: int, step: float, error: Curve, *, unit: float = DEGREES, detection: float = 0.001,
     reference: int | None = None,
-) -> str:
+) -> str:  # fmt: skip
     """Return parameters and points of a Fanuc's pitch error compensation as text.
 
     Each point holds what the correction grows by from the point before it: whole detection units, −7 to 7, times a

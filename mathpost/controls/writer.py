@@ -26,13 +26,9 @@ MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a pro
 
 
 def write(
-    blocks: Blocks,
-    machine: Machine,
-    control: Control | str = "heidenhain",
-    *,
-    name: str = "MATHPOST",
+    blocks: Blocks, machine: Machine, control: Control | str = "heidenhain", *, name: str = "MATHPOST",
     rounding: float = 0.0,
-) -> str:
+) -> str:  # fmt: skip
     """Return the text of a program for a control, or one of that name; words that do not change are left out.
 
     There is at least one block, and none like the one before. Of the name letters, digits and underscores are used.

@@ -208,15 +208,9 @@ def _turned_over(
 
 
 def _made(
-    points: np.ndarray,
-    axes: np.ndarray,
-    feeds: np.ndarray,
-    rapid: np.ndarray,
-    lines: np.ndarray,
-    remarks: tuple[Remark, ...],
-    name: str,
-    notes: tuple[str, ...] = (),
-) -> CLData:
+    points: np.ndarray, axes: np.ndarray, feeds: np.ndarray, rapid: np.ndarray, lines: np.ndarray,
+    remarks: tuple[Remark, ...], name: str, notes: tuple[str, ...] = (),
+) -> CLData:  # fmt: skip
     """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
     arrays = points.T, axes.T, feeds, rapid, lines
     for array in arrays:

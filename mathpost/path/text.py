@@ -181,15 +181,9 @@ def _compiled() -> tuple[Callable, Callable]:
 
 
 def _match(
-    text: bytes,
-    literals: np.ndarray,
-    sizes: np.ndarray,
-    kinds: np.ndarray,
-    optional: np.ndarray,
-    blanks: bool,
-    values: np.ndarray,
-    plain: np.ndarray,
-) -> None:
+    text: bytes, literals: np.ndarray, sizes: np.ndarray, kinds: np.ndarray, optional: np.ndarray, blanks: bool,
+    values: np.ndarray, plain: np.ndarray,
+) -> None:  # fmt: skip
     """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`."""
     at = 0
     for line in range(len(plain)):
@@ -245,14 +239,9 @@ def _number(text: bytes, at: int, with_sign_and_point: bool) -> tuple[int, float
 
 
 def _write(
-    out: np.ndarray,
-    literals: np.ndarray,
-    sizes: np.ndarray,
-    shown: np.ndarray,
-    values: np.ndarray,
-    decimals: np.ndarray,
-    plus: np.ndarray,
-) -> int:
+    out: np.ndarray, literals: np.ndarray, sizes: np.ndarray, shown: np.ndarray, values: np.ndarray,
+    decimals: np.ndarray, plus: np.ndarray,
+) -> int:  # fmt: skip
     """Write lines into `out`, and return where they end, or 0 if a number is too large.
 
     `plus` is the sign of a number that is not negative, or 0.

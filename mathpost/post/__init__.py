@@ -5,10 +5,12 @@ Read `run` first, then `options` (what is asked for) and `steps`, which are take
 CL data are read in `mathpost.path`, programs are written and read back in `mathpost.controls`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +26,9 @@ from mathpost.post.options import Options
 from mathpost.post.own_words import as_run, own_words
 from mathpost.post.report import Report, report_of
 from mathpost.post.steps import Plan, plan, tool_paths
+
+if TYPE_CHECKING:
+    from mathpost.post.proof import Proof
 
 
 @dataclass(frozen=True)
@@ -137,14 +142,14 @@ def run(
     return Result(joints, joined(parts), place, text, made)
 
 
-def _refuse_other_lengths(cl, machine, options):
+def _refuse_other_lengths(cl: CLData, machine: Machine, options: Options) -> None:
     """Errors were measured with one tool."""
     lengths = [length for _, length in cl.by_tool() if length not in (None, machine.tool_length)]
     if options.errors is not None and lengths:
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
 
-def _proof(plan, blocks, options):
+def _proof(plan: Plan, blocks: Blocks, options: Options) -> Proof:
     """The proof of the blocks of one tool, as read back; records are those of the whole path."""
     found = proof.prove(
         plan.path.kin, plan.path.cl, blocks, plan.moves.motion, options.tolerance, options.axis_tolerance,

@@ -7,9 +7,12 @@ may go anywhere. In between it may leave the path if it comes back to where it l
 of the CL data, and does not go below the place that it left.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +20,9 @@ from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
 from mathpost.path import deviation
 from mathpost.path.cl import CLData
+
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
 
 WINDOW = 200  # records that may lie between the places of two blocks
 MANY = 15_000  # blocks; with more of them it pays to load Numba
@@ -46,16 +52,22 @@ class Along:
     axis: float  # and the tool axis, radians; as far as the program goes right
 
 
+@dataclass(frozen=True)
+class Moves:
+    """How the machine comes to the ends of its n blocks."""
+
+    joints: np.ndarray  # shape (n, 5), mm and radians, at the ends
+    kin: list[Kinematics]  # of each block
+    tcp: np.ndarray  # shape (n,), whether the control keeps the tip on a straight line
+    free: np.ndarray  # shape (n,), whether nobody knows the way, and only the ends are judged
+
+
 def along(
-    tips: np.ndarray, axes: np.ndarray, cl: CLData, *, tip: float, axis: float,
-    joints: np.ndarray | None = None, kin: list[Kinematics] | None = None, tcp: np.ndarray | None = None,
-    free: np.ndarray | None = None,
-) -> Along:  # fmt: skip
+    tips: np.ndarray, axes: np.ndarray, cl: CLData, *, tip: float, axis: float, moves: Moves | None = None
+) -> Along:
     """Return a program, given by tips and tool axes at the ends of its n blocks, (n, 3), along its CL path.
 
-    `tip` (mm) and `axis` (radians) are the tolerances. With the `joints`, (n, 5), for which `tcp`, (n,), says where
-    the control keeps the tip on a straight line, and the `Kinematics` of each block, the ways between blocks are
-    judged, too, but for those that are `free`, (n,).
+    `tip` (mm) and `axis` (radians) are the tolerances. With the `moves` the ways between blocks are judged, too.
     """
     points, directions = cl.points, cl.axes
     if len(points) == 1:
@@ -67,14 +79,17 @@ def along(
     off = _position_off(tips, axes, cl, points, directions, tip, axis, place)
     last = len(tips) if off is None or off.what == "end" else off.block
     most = np.zeros(2)
-    if joints is not None:
-        way, most = _way_off(joints, kin, tcp, free, cl, tip, axis, place[:last])
+    if moves is not None:
+        way, most = _way_off(moves, cl, tip, axis, place[:last])
         if way is not None:
             off = way
     return Along(place, off, *map(float, most))
 
 
-def _placed(tips, axes, points, directions, tip, axis, place):
+def _placed(
+    tips: np.ndarray, axes: np.ndarray, points: np.ndarray, directions: np.ndarray, tip: float, axis: float,
+    place: np.ndarray,
+) -> None:  # fmt: skip
     """Put into `place` where each block ends on the path, or leave NaN."""
     started, at = False, 0.0
     for block in range(len(tips)):
@@ -109,7 +124,10 @@ def _placed(tips, axes, points, directions, tip, axis, place):
                 break
 
 
-def _position_off(tips, axes, cl, points, directions, tip, axis, place):
+def _position_off(
+    tips: np.ndarray, axes: np.ndarray, cl: CLData, points: np.ndarray, directions: np.ndarray, tip: float,
+    axis: float, place: np.ndarray,
+) -> Off | None:  # fmt: skip
     """The first block that is off although it may not be, or the end of a program that is too short."""
     on = np.flatnonzero(~np.isnan(place))
     if not on.size:  # nowhere near the first record
@@ -138,7 +156,10 @@ def _position_off(tips, axes, cl, points, directions, tip, axis, place):
     return None
 
 
-def _nearest(tips, axes, points, directions, tip, axis, block, place):
+def _nearest(
+    tips: np.ndarray, axes: np.ndarray, points: np.ndarray, directions: np.ndarray, tip: float, axis: float,
+    block: int, place: float,
+) -> Off:  # fmt: skip
     """How far a block is off the records that follow its place."""
     record = min(int(np.floor(place + SAME_PLACE)) + 1, len(points) - 1)
     some = slice(record, record + WINDOW)
@@ -148,16 +169,18 @@ def _nearest(tips, axes, points, directions, tip, axis, block, place):
     return Off(int(block), float(record), float(far[near]), float(lean[near]), "position")
 
 
-def _way_off(joints, kin, tcp, free, cl, tip, axis, place):
+def _way_off(run: Moves, cl: CLData, tip: float, axis: float, place: np.ndarray) -> tuple[Off | None, np.ndarray]:
     """The first move between two blocks on the path that strays from it, and how far those before it stray."""
     on = ~np.isnan(place)
-    moves = np.flatnonzero(on[:-1] & on[1:] & ~free[1 : len(place)])
+    moves = np.flatnonzero(on[:-1] & on[1:] & ~run.free[1 : len(place)])
+    kin = run.kin
     same = np.array([kin[move] is kin[move + 1] for move in moves], bool)
     moves = moves[same] if moves.size else moves
-    worst, found = np.zeros((2, len(moves))), None
+    worst = np.zeros((2, len(moves)))
+    found: Off | None = None
     for machine in dict.fromkeys(kin[move] for move in moves):
         rows = np.array([n for n, move in enumerate(moves) if kin[move] is machine])
-        worst[:, rows] = _strays(machine, joints, tcp, cl, place, moves[rows])
+        worst[:, rows] = _strays(machine, run.joints, run.tcp, cl, place, moves[rows])
     spans = np.array([_spans(place[move], place[move + 1]) for move in moves], bool)
     # A rapid move of the CL data does not count for the tool axis.
     counted = ~cl.rapid[np.clip(np.ceil(place[moves + 1]).astype(int), 0, len(cl) - 1)] if moves.size else on[:0]
@@ -172,7 +195,9 @@ def _way_off(joints, kin, tcp, free, cl, tip, axis, place):
     return found, worst.max(axis=1, initial=0)
 
 
-def _strays(kin, joints, tcp, cl, place, moves):
+def _strays(
+    kin: Kinematics, joints: np.ndarray, tcp: np.ndarray, cl: CLData, place: np.ndarray, moves: np.ndarray
+) -> np.ndarray:
     """How far moves stray from the CL path, shape (2, m), mm and radians."""
     spans = np.array([_spans(place[move], place[move + 1]) for move in moves], bool)
     worst = np.zeros((2, len(moves)))
@@ -189,7 +214,9 @@ def _strays(kin, joints, tcp, cl, place, moves):
     return worst
 
 
-def _over(kin, joints, tcp, cl, place, move):
+def _over(
+    kin: Kinematics, joints: np.ndarray, tcp: np.ndarray, cl: CLData, place: np.ndarray, move: int
+) -> tuple[float, float]:
     """How far the records that a move spans are off it, and its samples off the path between them."""
     t = np.linspace(0, 1, SAMPLES)[:, None]
     tips, axes = kin.forward(joints[move] + t * (joints[move + 1] - joints[move]))
@@ -205,18 +232,18 @@ def _over(kin, joints, tcp, cl, place, move):
     return max(off_record.max(), off_path.max()), max(record_lean.max(), path_lean.max())
 
 
-def _spans(before, after):
+def _spans(before: float, after: float) -> bool:
     """Whether a record lies between two places."""
     return np.floor(before + SAME_PLACE) + 1 < after - SAME_PLACE
 
 
-def _angles(first, second):
+def _angles(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Angles between unit vectors, radians."""
     return 2 * np.arcsin(np.minimum(np.linalg.norm(first - second, axis=-1) / 2, 1))
 
 
 @lru_cache(maxsize=32)
-def _kinematics(machine):
+def _kinematics(machine: Machine) -> Kinematics:
     return Kinematics(machine)
 
 

@@ -1,17 +1,25 @@
 """Arcs of CL data as one block each, where a control can run them from the printed numbers within the tolerance."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.controls import curves
-from mathpost.controls.blocks import Turn, printed
-from mathpost.controls.phrases import PLANES
+from mathpost.controls.blocks import Blocks, Turn, printed
+from mathpost.controls.phrases import PLANES, Arcs
 from mathpost.errors import InputError
+from mathpost.path.cl import commands
 from mathpost.path.pieces import Arc
 from mathpost.post.draft import Draft
 from mathpost.post.motion import ON_PART
+
+if TYPE_CHECKING:
+    from mathpost.controls.control import Control
+    from mathpost.path.modal import Command
 
 FEWEST = 2  # chords that are worth an arc
 WHOLE = 2 * np.pi + 1e-6  # radians, the most of one arc
@@ -46,19 +54,28 @@ def arcs(draft: Draft, piece: Arc) -> Iterator[tuple[int, int, Turn]]:
     step = _angle(around[0], around[-1], square, clockwise, step * (last - first)) / (last - first)
     sagitta = radius[0] * (1 - np.cos(step / 2))
     room = options.tolerance - sagitta - curves.CHORD - 10.0**-options.control.decimals
-    compensated = [(row, remark) for row, remark in blocks.remarks if getattr(remark, "kind", "") == "compensation"]
+    compensated = commands(blocks.remarks, "compensation")
     for start, end in _between_remarks(blocks, first, last, {row for row, _ in compensated}):
         most = end - start if known.helix else int(WHOLE / step)  # rows of one arc
         edges = np.linspace(start, end, -(-(end - start) // most) + 1)
         for begin, stop in pairwise(edges.round().astype(int).tolist()):
             if stop - begin < FEWEST:
                 continue
-            turn = _turn(words[begin - first : stop + 1 - first], centre, square, clockwise, step, room, options)
+            turn = _turn(
+                words[begin - first : stop + 1 - first],
+                centre,
+                square,
+                clockwise,
+                step,
+                room,
+                known,
+                options.control,
+            )
             if turn is not None and (plane == PLANES[0] or not _compensates(compensated, begin)):
                 yield begin, stop, turn
 
 
-def _angle(start, end, square, clockwise, about):
+def _angle(start: np.ndarray, end: np.ndarray, square: int, clockwise: bool, about: float) -> float:
     """The angle from one vector in a plane to another, in the sense of the arc: the one nearest to `about`."""
     across = (start[0] * end[1] - start[1] * end[0]) * (-1 if clockwise else 1)
     across *= -1 if square == 1 else 1  # X and Z, in this order, are left-handed seen from Y
@@ -66,7 +83,7 @@ def _angle(start, end, square, clockwise, about):
     return angle + 2 * np.pi * np.round((about - angle) / (2 * np.pi))
 
 
-def _between_remarks(blocks, first, last, compensated):
+def _between_remarks(blocks: Blocks, first: int, last: int, compensated: set[int]) -> Iterator[tuple[int, int]]:
     """Pairs of rows between which nothing is said to the control; a compensation begins on a straight line."""
     edges = {first, last}
     for row, _ in blocks.remarks:
@@ -77,22 +94,25 @@ def _between_remarks(blocks, first, last, compensated):
     return pairwise(sorted(edges))
 
 
-def _compensates(switched, row):
+def _compensates(switched: list[tuple[int, Command]], row: int) -> bool:
     """Whether the control compensates a radius at a row, which it does in the plane XY."""
     sides = [remark.values[0] for at, remark in switched if at <= row + 1]
     return bool(sides) and sides[-1] != "OFF"
 
 
-def _turn(words, centre, square, clockwise, step, room, options):
+def _turn(
+    words: np.ndarray, centre: np.ndarray, square: int, clockwise: bool, step: float, room: float, known: Arcs,
+    control: Control,
+) -> Turn | None:  # fmt: skip
     """The arc through some words, or None if what the control would run from the printed numbers is off them."""
-    control, plane = options.control, PLANES[2 - square]
+    plane = PLANES[2 - square]
     start, end = words[0], words[-1]
     centre = np.where(np.arange(3) == square, start[square], centre)
     offset = printed(centre - start, control.decimals)
-    centre = start + offset if control.arcs.centre else printed(centre, control.decimals)
+    centre = start + offset if known.centre else printed(centre, control.decimals)
     in_plane = np.arange(3) != square
     radii = [np.linalg.norm((at - centre)[in_plane]) for at in (start, end)]
-    if abs(radii[0] - radii[1]) > control.arcs.ends:
+    if abs(radii[0] - radii[1]) > known.ends:
         return None
     swept = step * (len(words) - 1)
     try:

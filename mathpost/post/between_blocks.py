@@ -5,7 +5,12 @@ A control without TCP moves all five joints linearly from block to block: tip an
 *workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z recomputed.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import ReachError
 from mathpost.path.deviation import AXIS_RESOLUTION, TIP, derivative, peak, sampled, stray
@@ -13,11 +18,17 @@ from mathpost.post import singular
 from mathpost.post.motion import ON_PART, Motion
 from mathpost.post.selection import nearest
 
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
+
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
 AIR = 0.1  # of the clearance, how far a lifted tip may stray
 
 
-def axis_lag(kin, cl, start, end, place, place_after):
+def axis_lag(
+    kin: Kinematics, cl: CLData, start: np.ndarray, end: np.ndarray, place: np.ndarray, place_after: np.ndarray
+) -> np.ndarray:
     """How far the tool axis is at most, radians, from where `cl` has it at the same part of each move.
 
     Not less than its distance from the arc between the records, which is what a proof measures.
@@ -29,7 +40,7 @@ def axis_lag(kin, cl, start, end, place, place_after):
     return error + AXIS_RESOLUTION
 
 
-def follow(kin, cl, motion, tolerance, *, free=False):
+def follow(kin: Kinematics, cl: CLData, motion: Motion, tolerance: float, *, free: ArrayLike = False) -> Motion:
     """Divide every move in cut that is not `free` until the tool axis keeps `tolerance` of its great circle.
 
     Moves are halved on the great circle. Where it meets a singular tool axis there is a pose just before and one
@@ -62,7 +73,9 @@ def follow(kin, cl, motion, tolerance, *, free=False):
         todo = np.insert(todo, of, True)
 
 
-def _cuts(kin, start, end, start_axis, end_axis, still):
+def _cuts(
+    kin: Kinematics, start: np.ndarray, end: np.ndarray, start_axis: np.ndarray, end_axis: np.ndarray, still: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of which move each cut is, at which part of it, and the joints to go on from: those of an end, or of both."""
     t, distance = singular.nearest(kin, start_axis, end_axis)
     aside = 2 * still / np.maximum(np.linalg.norm(end_axis - start_axis, axis=1), 1e-300)
@@ -73,7 +86,7 @@ def _cuts(kin, start, end, start_axis, end_axis, still):
     return move, part[side, move], beside[side, move]
 
 
-def _pose(kin, cl, place, beside):
+def _pose(kin: Kinematics, cl: CLData, place: np.ndarray, beside: np.ndarray) -> np.ndarray:
     """Joints on the CL path, on the branch and in the windings of those beside them."""
     second = np.zeros(len(beside), dtype=bool)
     if kin.tool_side is not None:
@@ -85,7 +98,9 @@ def _pose(kin, cl, place, beside):
     return joints
 
 
-def subdivide(kin, start, end, pieces):
+def subdivide(
+    kin: Kinematics, start: np.ndarray, end: np.ndarray, pieces: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
     """Divide moves evenly: tip on the segment, rotary angles in equal steps, X Y Z recomputed.
 
     `start` and `end`, shape (m, 5), are the joints at both ends, mm and radians; `pieces` one number or m. Returns
@@ -102,32 +117,37 @@ def subdivide(kin, start, end, pieces):
     return joints, move + t
 
 
-def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
+def linearize(
+    kin: Kinematics, motion: Motion | ArrayLike, tolerance: ArrayLike, *, max_pieces: int = 4096,
+    name: str = "block",
+) -> Motion:  # fmt: skip
     """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
 
     `motion` is a `Motion`, or its joints alone, shape (n, 5), mm and radians, at the places 0, 1, 2 …; `tolerance`,
     mm, is that of all moves or of each. Returns a `Motion`; `ReachError` if `max_pieces` of one `name` do not do.
     """
     if not isinstance(motion, Motion):
-        motion = Motion.on_part(np.asarray(motion, dtype=float), np.arange(len(motion)))
+        joints = np.asarray(motion, dtype=float)
+        motion = Motion.on_part(joints, np.arange(len(joints)))
     start, end = motion.joints[:-1], motion.joints[1:]
-    tolerance, pieces = np.broadcast_to(tolerance, len(start)), np.ones(len(start), dtype=int)
+    allowed = np.broadcast_to(tolerance, len(start))
+    pieces = np.ones(len(start), dtype=int)
     # A curve leaves its chord by at most an eighth of its second derivative: most moves need no closer look.
-    rest = np.flatnonzero(derivative(kin.machine, start, end, 2) / 8 > tolerance)
+    rest = np.flatnonzero(derivative(kin.machine, start, end, 2) / 8 > allowed)
     while rest.size:
         ends, _ = subdivide(kin, start[rest], end[rest], pieces[rest])
         firsts = np.cumsum(pieces[rest]) - pieces[rest]
         starts = np.roll(ends, 1, axis=0)
         starts[firsts] = start[rest]
         error = np.maximum.reduceat(stray(TIP, kin, starts, ends), firsts)
-        over = error > tolerance[rest]
+        over = error > allowed[rest]
         rest, error = rest[over], error[over]
         # The error falls with the square of the number of pieces.
-        wanted = np.ceil(pieces[rest] * np.sqrt(error / tolerance[rest])).astype(int)
+        wanted = np.ceil(pieces[rest] * np.sqrt(error / allowed[rest])).astype(int)
         pieces[rest] = np.maximum(pieces[rest] + 1, wanted)
         if pieces.max() > max_pieces:
             move = int(pieces.argmax())
-            strayed = f"the tip strays {error[rest == move][0]:.6f} mm, more than {tolerance[move]:g} mm"
+            strayed = f"the tip strays {error[rest == move][0]:.6f} mm, more than {allowed[move]:g} mm"
             raise ReachError(
                 f"from {name} {move + 1} to {move + 2}: {strayed}, and {max_pieces} pieces are not enough"
             )
@@ -140,7 +160,7 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
     return Motion(joints, place, kind)
 
 
-def in_the_air(motion, tolerance, clearance):
+def in_the_air(motion: Motion, tolerance: ArrayLike, clearance: float) -> np.ndarray:
     """The tolerance of the tip (mm) for each move: more for those that are lifted, and any for those far away."""
     near = np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
     return np.where(motion.far, np.inf, near)

@@ -31,7 +31,7 @@ class Draft:
         Records that the control replaces by pecks of its own.
     """
 
-    def __init__(self, path: ToolPath, moves: Moves, options: Options):
+    def __init__(self, path: ToolPath, moves: Moves, options: Options) -> None:
         self.path, self.moves, self.options = path, moves, options
         count = len(moves.blocks.words)
         self.words, self.starts = moves.blocks.words.copy(), moves.blocks.words[:, :3].copy()

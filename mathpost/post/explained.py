@@ -6,6 +6,8 @@ tool length; in the whole program, from the block on that is off first, or in th
 text: a digit of a word. What brings the program back onto its path explains it.
 """
 
+from __future__ import annotations
+
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.controls.blocks import axis_word
-from mathpost.detective.causes import Setup, causes, misread
+from mathpost.detective.causes import Cause, Setup, causes, misread
 from mathpost.errors import NUMBER, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path.cl import CLData
@@ -23,6 +25,7 @@ from mathpost.rotation import wrap
 MOST = 5  # explanations that are told
 FIRST = 2000  # blocks that a hypothesis must explain before it is tried on all
 CANDIDATES = 40  # blocks of which one may be at the first record, for a shift
+Poses = tuple[np.ndarray, np.ndarray]  # tips and tool axes of the blocks
 LONGEST = 20_000  # lines of a program whose words are edited and which is read anew
 
 
@@ -54,7 +57,7 @@ class Case:
         """Return tips and tool axes of words for all blocks."""
         return self._by_machine(words, lambda kin, rows: np.concatenate(kin.forward(rows, degrees=True), axis=1))
 
-    def misread(self, cause) -> tuple[np.ndarray, np.ndarray] | None:
+    def misread(self, cause: Cause) -> tuple[np.ndarray, np.ndarray] | None:
         """Return tips and tool axes of a chain with a cause of the catalogue; None where it concerns answers."""
         setups = {kin: misread(Setup.right(kin.machine), cause) for kin in dict.fromkeys(self.kin)}
         if any((setup.order, setup.signs) != ((0, 1, 2), (1.0, 1.0, 1.0)) for setup in setups.values()):
@@ -64,13 +67,13 @@ class Case:
     def moved(self, name: str, factor: float) -> tuple[np.ndarray, np.ndarray]:
         """Return tips and tool axes of a chain whose pivot is so many times as far, whatever X Y Z name."""
 
-        def pose(kin, rows):
+        def pose(kin: Kinematics, rows: np.ndarray) -> np.ndarray:
             right = Setup.right(kin.machine)
             return right.moved(name, factor * right.point(name)).pose(rows)
 
         return self._by_machine(self.words, pose)
 
-    def _by_machine(self, words, pose):
+    def _by_machine(self, words: np.ndarray, pose: Callable[[Kinematics, np.ndarray], np.ndarray]) -> Poses:
         found = np.empty((len(words), 6))
         for kin in dict.fromkeys(self.kin):
             rows = np.array([each is kin for each in self.kin])
@@ -81,7 +84,7 @@ class Case:
 
 def explain(case: Case, off: Off) -> tuple[str, ...]:
     """Return sentences that say what would explain a program that is off, the simplest first."""
-    found = []
+    found: list[str] = []
     if off.what == "way":
         found += _on_the_way(case, off)
     elif off.what == "position":
@@ -98,7 +101,7 @@ def explain(case: Case, off: Off) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))[:MOST]
 
 
-def _on_the_way(case, off):
+def _on_the_way(case: Case, off: Off) -> Iterator[str]:
     """A whole turn too much, or a block that is missing."""
     before, after = case.words[off.block - 1, 3:], case.words[off.block, 3:]
     names = case.kin[0].machine.joint_names[3:]
@@ -113,7 +116,7 @@ def _on_the_way(case, off):
         yield f"between two blocks the axes stray from the path: {where}, or TCP is off where it should be on"
 
 
-def _poses(case, off) -> Iterator[str]:
+def _poses(case: Case, off: Off) -> Iterator[str]:
     """Hypotheses that change poses, in the whole program, from the first block on that is off, and in it alone."""
     ranges = (
         ("", slice(None)),
@@ -132,13 +135,13 @@ def _poses(case, off) -> Iterator[str]:
                 yield phrase + where
 
 
-def _hypotheses(case):
+def _hypotheses(case: Case) -> Iterator[tuple[str, Poses | None]]:
     """Phrases, and the tips and tool axes that the words would have had to make."""
     for cause in causes(case.kin[0].machine):
         yield cause.slip.phrase, case.misread(cause)
     words, names = case.words, case.kin[0].machine.joint_names
     for joint in case.kin[0].machine.rotary:
-        for factor, said in ((0, "left out"), (2, "taken twice")):
+        for factor, said in ((0.0, "left out"), (2.0, "taken twice")):
             phrase = f"the pivot of {joint.name} is {said}, the point that X Y Z name is not moved with it"
             yield phrase, case.moved(joint.name, factor)
     for axis, name in enumerate(names[:3]):  # of the rotary axes that is one of the causes
@@ -156,7 +159,7 @@ def _hypotheses(case):
         yield f"{names[first]} and {names[second]} stand in each other's place", case.pose(words[:, order])
 
 
-def _other_branch(case):
+def _other_branch(case: Case) -> np.ndarray:
     """The words with the other rotary angles for the same tool axes."""
     words = case.words.copy()
     for kin in dict.fromkeys(case.kin):
@@ -168,7 +171,7 @@ def _other_branch(case):
     return words
 
 
-def _shifts(case) -> Iterator[str]:
+def _shifts(case: Case) -> Iterator[str]:
     """Another work offset, origin of the CL data, or tool length, from a block that may be at the first record."""
     point, axis = case.cl.points[0], case.cl.axes[0]
     for block in range(min(CANDIDATES, len(case.words))):
@@ -193,11 +196,11 @@ def _shifts(case) -> Iterator[str]:
             return
 
 
-def _vector(values):
+def _vector(values: np.ndarray) -> str:
     return " ".join(f"{name}{value:+z.4f}" for name, value in zip("XYZ", values, strict=True))
 
 
-def _edits(case, off) -> Iterator[str]:
+def _edits(case: Case, off: Off) -> Iterator[str]:
     """One digit, sign or point of a word in the line of the first block that is off, or in those before it."""
     texts = case.text.splitlines()
     names = case.kin[0].machine.joint_names
@@ -222,7 +225,7 @@ def _edits(case, off) -> Iterator[str]:
                     yield f"line {line}: {match[0]} stands where {names[axis]}{other} would be right"
 
 
-def _near(case, block, axis, steps, off):
+def _near(case: Case, block: int, axis: int, steps: np.ndarray, off: Off) -> np.ndarray:
     """Which steps of one word would bring a block near the CL path, about the place where it should be.
 
     Where the program ends too soon that is the last record. The path is taken at points; half their spacing is
@@ -240,10 +243,10 @@ def _near(case, block, axis, steps, off):
     for found, path, tolerance in ((tips, points, case.tip), (tools, directions, case.axis)):
         spacing = np.linalg.norm(np.diff(path, axis=0), axis=1).max(initial=0)
         near &= np.linalg.norm(found[:, None] - path, axis=-1) <= tolerance + spacing / 2
-    return near.any(axis=1)
+    return np.logical_or.reduce(near, axis=1)
 
 
-def _alike(number):
+def _alike(number: str) -> list[str]:
     """Numbers that differ in one digit, in the sign, in two digits exchanged, or in where the point stands."""
     sign, digits = ("-", number[1:]) if number[0] == "-" else ("", number.lstrip("+"))
     plus = "+" if number[0] == "+" else ""

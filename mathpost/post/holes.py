@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from mathpost.controls.phrases import Cycles
+from mathpost.frame import Frame
 from mathpost.path.arcs import Cycle
 from mathpost.path.modal import Command
 from mathpost.path.pieces import Hole
@@ -27,12 +29,13 @@ def holes(draft: Draft) -> None:
     known = draft.options.control.cycles
     if known is None or draft.options.tcp:
         return
-    series: tuple | None = None  # what the row of holes has in common, and its last row
+    # What the row of holes has in common, and its last row.
+    series: tuple[tuple[str, dict[str, float], Frame | None], int] | None = None
     for piece in draft.path.cl.pieces:
         if not isinstance(piece, Hole):
             continue
         kind = kind_of(piece)
-        found = _rows(draft, piece) if kind in known.kinds else None
+        found = _rows(draft, known, piece) if kind in known.kinds else None
         if found is None:
             continue
         first, last = found
@@ -40,7 +43,7 @@ def holes(draft: Draft) -> None:
         said = kind, values, draft.frames[last]
         goes_on = series is not None and series[0] == said and _follows(draft, piece, series[1], first)
         if series is not None and not goes_on:
-            _end(draft, series[1] + 1)
+            _end(draft, known, series[1] + 1)
         if not goes_on and known.before:
             draft.say(first, Command("cycle", (known.kinds[kind], values), ""))
         lines = known.again if goes_on or known.before else known.kinds[kind]
@@ -51,28 +54,31 @@ def holes(draft: Draft) -> None:
         _leave_out_pecks(draft, first, bottom, values["clearance"])
         series = said, last
     if series is not None:
-        _end(draft, series[1] + 1)
+        _end(draft, known, series[1] + 1)
 
 
-def _end(draft, row):
-    off = draft.options.control.cycles.off
-    place = 1 + max(n for n, (at, remark) in enumerate(draft.remarks) if getattr(remark, "kind", "") == "cycle")
-    draft.remarks.insert(place, (row, Command("cycle off", (off,), "")))
+def _end(draft: Draft, cycles: Cycles, row: int) -> None:
+    place = 1 + max(n for n, (_, remark) in enumerate(draft.remarks) if _is_cycle(remark))
+    draft.remarks.insert(place, (row, Command("cycle off", (cycles.off,), "")))
 
 
-def _follows(draft, piece, before, first):
+def _is_cycle(remark: str | Command) -> bool:
+    return isinstance(remark, Command) and remark.kind == "cycle"
+
+
+def _follows(draft: Draft, piece: Hole, before: int, first: int) -> bool:
     """Whether a hole comes right behind another one, at the height where the tool has left that."""
     level = draft.words[first, 2] == draft.words[before, 2]
-    quiet = not any(at == first for at, remark in draft.remarks if getattr(remark, "kind", "") != "cycle")
+    quiet = not any(at == first for at, remark in draft.remarks if not _is_cycle(remark))
     return first == before + 1 and level and quiet and bool(draft.moves.blocks.rapid[first])
 
 
-def _rows(draft, piece):
+def _rows(draft: Draft, cycles: Cycles, piece: Hole) -> tuple[int, int] | None:
     """The row above a hole and the last one of it, or None where the control's cycle would do something else."""
     motion, blocks = draft.moves.motion, draft.moves.blocks
     first, last = (int(np.searchsorted(motion.place, at, side="right")) - 1 for at in (piece.first, piece.last))
     there = motion.place[first] == piece.first  # or the tool has been above the hole before
-    if motion.place[last] != piece.last or last - first < 2 or not (there or _stands(draft, first, piece)):
+    if motion.place[last] != piece.last or last - first < 2 or not (there or _stands(draft, cycles, first, piece)):
         return None
     body = slice(first, last + 1)
     if not draft.still(first, last) or blocks.tcp[body].any() or (motion.kind[body] != ON_PART).any():
@@ -90,14 +96,14 @@ def _rows(draft, piece):
     return first, last
 
 
-def _stands(draft, row, piece):
+def _stands(draft: Draft, cycles: Cycles, row: int, piece: Hole) -> bool:
     """Whether the tool is above a hole already: then the control has no position before the first one."""
     tip, _ = draft.path.kin.forward(draft.moves.motion.joints[row])
     here = np.linalg.norm(tip - draft.path.cl.points[piece.first]) < SAME
-    return here and not draft.options.control.cycles.before
+    return bool(here) and not cycles.before
 
 
-def _leave_out_pecks(draft, first, bottom, clearance):
+def _leave_out_pecks(draft: Draft, first: int, bottom: int, clearance: float) -> None:
     """The rows between the clearance, which may be the height of the first row, and the bottom."""
     begin = first + 1 if abs(draft.words[first + 1, 2] - clearance) < SAME else first
     pecks = np.arange(begin + 1, bottom)
@@ -105,7 +111,7 @@ def _leave_out_pecks(draft, first, bottom, clearance):
     draft.pecks += draft.moves.motion.record[pecks].tolist()
 
 
-def _values(draft, cycle: Cycle, piece, first, last) -> dict[str, float]:
+def _values(draft: Draft, cycle: Cycle, piece: Hole, first: int, last: int) -> dict[str, float]:
     """The numbers of a cycle, mm, seconds and turns per minute; heights are coordinates but for depth and above."""
     heights = draft.words[first + 1 : last + 1, 2]
     bottom, leave = float(heights.min()), float(heights[-1])

@@ -1,5 +1,6 @@
 """Where a rotary axis jumps from one record to the next, and why: the pole, the travel, or the way as a whole."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,7 @@ class Jump:
     end: float
     why: str
 
-    def __str__(self):
+    def __str__(self) -> str:
         turned = (
             f"{self.axis} turns by {abs(self.end - self.start):.1f}°, from {self.start:z.3f}° to {self.end:z.3f}°"
         )
@@ -52,7 +53,7 @@ def jumps(kin: Kinematics, cl: CLData, joints: np.ndarray, least: float = JUMP) 
     return found
 
 
-def _at_the_pole(kin, cl, record):
+def _at_the_pole(kin: Kinematics, cl: CLData, record: int) -> Iterator[str]:
     """A sentence if the tool axis passes near a singular one."""
     if kin.tool_side is None:
         return
@@ -64,7 +65,7 @@ def _at_the_pole(kin, cl, record):
         )
 
 
-def _instead(kin, cl, joints, record):
+def _instead(kin: Kinematics, cl: CLData, joints: np.ndarray, record: int) -> str:
     """A sentence on the solution of the next record that turns least, and what speaks against it."""
     before = selection.candidates(kin, cl.points[record, None], cl.axes[record, None])
     after = selection.candidates(kin, cl.points[record + 1, None], cl.axes[record + 1, None])
@@ -84,6 +85,6 @@ def _instead(kin, cl, joints, record):
     return f"{said}, but the way as a whole, or the rule of the selection, is against it."
 
 
-def _largest_turn(kin, steps):
+def _largest_turn(kin: Kinematics, steps: np.ndarray) -> np.ndarray:
     """Degrees by which the rotary axis turns that turns most, steps (m, j)."""
     return np.degrees(np.abs(selection.short_way(kin.machine, steps))[:, 3:].max(axis=1))

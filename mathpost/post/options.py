@@ -29,7 +29,7 @@ class Choosing:
     prefer: int | None = None
     split: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.strategy not in STRATEGIES:
             raise InputError("strategy", " or ".join(STRATEGIES), repr(self.strategy))
         if self.prefer not in (None, 1, -1):
@@ -47,7 +47,7 @@ class Passing:
     lean: float = LEAN  # radians
     clearance: float = CLEARANCE  # mm
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.singular not in Crossing.SAFE:
             raise InputError("singular", " or ".join(Crossing.SAFE), repr(self.singular))
         if self.cone is not None and not 0 < self.cone < np.pi:
@@ -68,7 +68,7 @@ class Options:
     passing: Passing = field(default_factory=Passing)
     errors: MachineErrors | None = None  # what was measured on the machine, to be compensated
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0 < self.tolerance < np.inf:
             raise InputError("tolerance", "mm above 0", repr(self.tolerance))
         if not 2 * self.axis_digits <= self.axis_tolerance < np.inf:

@@ -86,7 +86,9 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
     return replace(moves, motion=found, by_feed=by_feed, smooth=np.concatenate(within)), run, row
 
 
-def _with_records(path, blocks, begin, stop, before, after):
+def _with_records(
+    path: ToolPath, blocks: Blocks, begin: int, stop: int, before: float, after: float
+) -> tuple[Blocks, np.ndarray]:
     """The points of an arc, and the records between them, at their places on the CL path."""
     read = before + np.arange(stop - begin + 1) / (stop - begin) * (after - before)
     read[-1] = after
@@ -96,5 +98,5 @@ def _with_records(path, blocks, begin, stop, before, after):
     if blocks.tcp[begin] and not blocks.tcp[begin - 1]:  # it starts where the coordinates begin to be the tip's
         around[0, :3] = path.kin.forward(blocks[begin - 1 : begin].joints)[0][0]
     words = np.column_stack([np.interp(place, read, column) for column in around.T])
-    others = (np.full(len(place), column[begin]) for column in blocks.columns[1:])
-    return Blocks(words, *others), place
+    feeds, seconds, rapid, tcp = (np.full(len(place), column[begin]) for column in blocks.columns[1:])
+    return Blocks(words, feeds, seconds, rapid, tcp), place

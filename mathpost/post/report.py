@@ -1,8 +1,10 @@
 """What a person wants to know of a program before running it."""
 
+from __future__ import annotations
+
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import astuple, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,27 +18,30 @@ from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
 from mathpost.post.options import Options
 from mathpost.post.steps import Plan, approaches, choose, crossing
-from mathpost.post.time_law import law_of, slow_down
+from mathpost.post.time_law import SlowDown, TimeLaw, law_of, slow_down
 from mathpost.post.ways import Way, comparison
+
+# A selection: name; cost; largest step of each rotary axis, degrees; why it is not possible.
+Compared = tuple[str, float, tuple[float, ...], str]
 
 
 @dataclass(frozen=True)
 class Report(proof.Proof):
     """All that a person wants to know of a program before running it; ``print(report)`` shows it."""
 
-    settings: dict  # what the program was made with, as text
+    settings: dict[str, str]  # what the program was made with, as text
     time: float  # seconds, by the time law; 0 if neither feed nor rates are known
     time_law: str  # what it assumes of the control
     # Of each axis: greatest speed, mm or degrees, NaN if it moves in rapid traverse at a rate that the machine file
     # does not state, and acceleration, NaN without limit.
-    peaks: dict
-    slowest: tuple | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
-    warnings: tuple
+    peaks: dict[str, np.ndarray]
+    slowest: SlowDown | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
+    warnings: tuple[str, ...]
     uncompensated: proof.Proof | None  # what the calibrated machine would do, had nothing been compensated
-    strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
-    ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
+    strategies: tuple[Compared, ...]
+    ways: dict[tuple[int, int], list[Way]]  # through each singular region (first and last record, from 0)
 
-    def __str__(self):
+    def __str__(self) -> str:
         said, peaks = [*self.settings.items()], []
         for name, (speed, acceleration) in self.peaks.items():
             unit = "mm" if name in "XYZ" else "°"
@@ -104,20 +109,27 @@ def report_of(
     )
 
 
-def worst_of(proofs):
+def worst_of(proofs: Sequence[proof.Proof]) -> proof.Proof:
     """Return the `Proof` that says the worst of several."""
-    *errors, _ = zip(*map(astuple, proofs), strict=True)
-    return proof.Proof(*map(max, errors), max(proofs, key=lambda each: each.path_tip_error).worst_record)
+    return proof.Proof(
+        tip_error=max(each.tip_error for each in proofs),
+        axis_error=max(each.axis_error for each in proofs),
+        path_tip_error=max(each.path_tip_error for each in proofs),
+        path_axis_error=max(each.path_axis_error for each in proofs),
+        worst_record=max(proofs, key=lambda each: each.path_tip_error).worst_record,
+    )
 
 
-def _slowest(plan, asked, law):
+def _slowest(plan: Plan, asked: np.ndarray, law: TimeLaw) -> SlowDown | None:
     """`slow_down` of a plan, in records of the whole path."""
     moving = asked > 0
     record = plan.path.first + plan.moves.motion.record[1:][moving]
     return slow_down(record, np.diff(law.seconds), plan.moves.by_feed[moving])
 
 
-def _settings(cl, machine, options, plans, blocks):
+def _settings(
+    cl: CLData, machine: Machine, options: Options, plans: list[Plan], blocks: list[Blocks]
+) -> Iterator[tuple[str, str]]:
     """Lines of the report: how the program was made, what else the CL data say, and what was made of it."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
     breaks = [each.path.first + record for each in plans for record in each.chosen.breaks]
@@ -150,7 +162,7 @@ def _settings(cl, machine, options, plans, blocks):
         yield "made of it", "; ".join(cl.notes)
 
 
-def _range(name, plans, joint):
+def _range(name: str, plans: list[Plan], joint: int) -> str:
     """The least and the greatest angle of a rotary axis, as text."""
     angles = np.degrees(np.concatenate([each.moves.motion.joints[:, joint] for each in plans]))
     return f"{name} {angles.min():.3f}° … {angles.max():.3f}°"
@@ -190,7 +202,7 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
     yield from plan.cautions
 
 
-def _strategies(plans, options):
+def _strategies(plans: list[Plan], options: Options) -> Iterator[Compared]:
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
         cost, swings, begin = 0.0, np.zeros(2), options.choosing.start
@@ -202,7 +214,7 @@ def _strategies(plans, options):
         except MathpostError as error:
             yield name, np.nan, (), str(error)
             continue
-        yield name, cost, tuple(swings), ""
+        yield name, cost, tuple(swings.tolist()), ""
 
 
 def _ways(plans: list[Plan], options: Options) -> dict[tuple[int, int], list[Way]]:

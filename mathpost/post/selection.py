@@ -5,17 +5,25 @@ also the workpiece-side angles of the neighbours. One is chosen for each record:
 by dynamic programming (动态规划, R. Bellman 1957), by the shortest next move, or by the rules of source 002.
 """
 
+from __future__ import annotations
+
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, ReachError, as_array
 from mathpost.formula import compiled
-from mathpost.machine import ENDLESS, UNITS
+from mathpost.machine import ENDLESS, UNITS, Machine
 from mathpost.post import singular
 from mathpost.sources import yu_dan
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
 
 STRATEGIES = ("optimal", "shortest", "paper")
 TURN = 2 * np.pi
@@ -37,7 +45,7 @@ class Selection:
     joints: np.ndarray  # shape (n, j), mm and radians; windings of endless axes counted
     branch: np.ndarray  # shape (n,), 0 or 1, as `Kinematics.inverse` orders them
     cost: float  # by `move_costs`; from `start` if that is given
-    breaks: tuple  # records (from 0) that cannot be reached without retracting and unwinding
+    breaks: tuple[int, ...]  # records (from 0) that cannot be reached without retracting and unwinding
     strategy: str
 
 
@@ -45,32 +53,32 @@ class Selection:
 class Candidates:
     """All candidates of each record, to look at."""
 
-    kin: object
+    kin: Kinematics
     joints: np.ndarray  # shape (n, m, j), mm and radians; NaN out of reach, and what is for the pole only elsewhere
     branch: np.ndarray  # shape (m,), 0 or 1, as `Kinematics.inverse` orders them
 
     @cached_property
-    def inside(self):
+    def inside(self) -> np.ndarray:
         """Whether all five joints are inside travel, shape (n, m)."""
-        return self.kin.machine.within(self.joints).all(axis=-1)
+        return np.logical_and.reduce(self.kin.machine.within(self.joints), axis=-1)
 
-    def reason(self, record, candidate):
+    def reason(self, record: int, candidate: int) -> str:
         """Say why a candidate is out, or return "" if it is not."""
         if np.isnan(self.joints[record, candidate]).any():
             return "tool axis out of reach"
         return "; ".join(self.kin.machine.out_of_travel(self.joints[record, candidate]))
 
-    def table(self, record, previous=None):
+    def table(self, record: int, previous: np.ndarray | None = None) -> list[tuple[int, np.ndarray, float, str]]:
         """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, why if out."""
         machine, known = self.kin.machine, ~np.isnan(self.joints[record]).any(axis=1)
-        listed = np.flatnonzero(known | ~known.any())  # those for the pole only at the pole
+        listed = np.flatnonzero(known | ~known.any()).tolist()  # those for the pole only at the pole
         joints = self.joints[record, listed]
         costs = move_costs(machine, joints if previous is None else short_way(machine, joints - previous))
         reasons = [self.reason(record, candidate) for candidate in listed]
         return list(zip(self.branch[listed].tolist(), joints * machine.units, costs, reasons, strict=True))
 
 
-def candidates(kin, tip, axis):
+def candidates(kin: Kinematics, tip: ArrayLike, axis: ArrayLike) -> Candidates:
     """Return all candidates for a path of tips and tool axes, shape (n, 3) each, as `Candidates`.
 
     Examples
@@ -89,7 +97,10 @@ def candidates(kin, tip, axis):
     return _explained(kin, _solutions(kin, tip, axis))
 
 
-def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None, sway=SWAY):
+def choose(
+    kin: Kinematics, cl: CLData, strategy: str = "optimal", *, start: ArrayLike | None = None,
+    split: bool = False, prefer: int | None = None, sway: float = SWAY,
+) -> Selection:  # fmt: skip
     """Choose branch and winding for every record, as `Selection`.
 
     Parameters
@@ -140,7 +151,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
             sum(kin.inverse_symbolic.solutions) / 2
         )
         prefer = 1 if np.isinf(high) or high >= -low - EVEN else -1
-    options = {"start": start, "split": split, "prefer": prefer, "sway": sway}
+    again = partial(choose, strategy=strategy, start=start, prefer=prefer, sway=sway)
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
         return Selection(joints, branch, path_cost(machine, joints, start), (), strategy)
@@ -148,7 +159,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     if (loose := without_far_limits(machine)) != machine:  # hundreds of windings that hardly ever matter
         without = copy(kin)
         without.machine = loose
-        chosen = choose(without, cl, strategy, **options)
+        chosen = again(without, cl, split=split)
         if machine.within(chosen.joints).all():  # the best way without a limit, and inside it
             return chosen
 
@@ -170,7 +181,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
         reasons = " / ".join(dict.fromkeys(why for *_, why in rows))
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
-        so_far = np.rad2deg(choose(kin, cl.part(0, stuck), strategy, **options | {"split": True}).joints[-1, 3:])
+        so_far = np.rad2deg(again(kin, cl.part(0, stuck), split=True).joints[-1, 3:])
         angles = " ".join(f"{joint.name} {at:.3f}°" for joint, at in zip(machine.rotary, so_far, strict=True))
         reason = f"no choice of branch and winding goes on in cut (so far {angles})"
         raise ReachError(
@@ -189,7 +200,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     return Selection(joints, solution % 2, path_cost(machine, joints, start), breaks, strategy)
 
 
-def _solutions(kin, tip, axis):
+def _solutions(kin: Kinematics, tip: ArrayLike, axis: ArrayLike) -> np.ndarray:
     """Both branches of each record, shape (j, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
     There the workpiece-side axis may also take the angles of the nearest records before and after that are not at
@@ -214,7 +225,7 @@ def _solutions(kin, tip, axis):
     return solved
 
 
-def _preference(machine, solved):
+def _preference(machine: Machine, solved: np.ndarray) -> float:
     """What it costs to begin on the other branch than the preferred one.
 
     A branch that is as good must not win by rounding, or by the micrometres that a calibration moves an axis.
@@ -224,7 +235,7 @@ def _preference(machine, solved):
     return max(PREFERENCE * float(ways.min()), 1e-6)
 
 
-def _beyond_the_short_way(kin, cl, solved, still):
+def _beyond_the_short_way(kin: Kinematics, cl: CLData, solved: np.ndarray, still: float) -> np.ndarray:
     """How many whole turns the workpiece-side axis makes beyond its short way to each record in cut, (k, n)."""
     # Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
     # more than half a turn. One that passes as near as `still` may go either way.
@@ -241,13 +252,13 @@ def _beyond_the_short_way(kin, cl, solved, still):
     return beyond
 
 
-def _turns(machine):
+def _turns(machine: Machine) -> np.ndarray:
     """What each winding of the rotary axes adds to the j joints, shape (j, w), radians."""
     several = np.meshgrid(*(windings(*limits) for limits in machine.limits[3:]), indexing="ij")
     return np.concatenate([np.zeros((3, several[0].size)), np.reshape(several, (len(several), -1))])
 
 
-def _explained(kin, solved):
+def _explained(kin: Kinematics, solved: np.ndarray) -> Candidates:
     """`Candidates` of `_solutions`."""
     turns = _turns(kin.machine)
     joints = (solved[:, :, None] + turns[:, None, :, None]).reshape(len(solved), -1, solved.shape[2])
@@ -257,7 +268,7 @@ def _explained(kin, solved):
 # Moves: the short way round, what they cost, and the best way through the candidates.
 
 
-def nearest(step):
+def nearest(step: Any) -> Any:
     """A rotary step (radians) less whole turns, in [−180°, 180°].
 
     Unlike in `rotation.wrap` half a turn keeps its direction: there and back again does not wind an axis up.
@@ -265,7 +276,7 @@ def nearest(step):
     return step - TURN * np.rint(step / TURN)
 
 
-def cost(steps, price, slowest):
+def cost(steps: np.ndarray, price: np.ndarray, slowest: bool) -> Any:
     """Return what moves cost whose joint steps are `steps[0]`, `steps[1]` …, by `prices`."""
     total = 0.0
     for joint in range(len(steps)):
@@ -274,14 +285,14 @@ def cost(steps, price, slowest):
     return total
 
 
-def without_far_limits(machine):
+def without_far_limits(machine: Machine) -> Machine:
     """The machine with its rotary axes endless that have room for more than `MANY` turns."""
     far = [joint.limits[1] - joint.limits[0] > MANY * TURN for joint in machine.rotary]
     rotary = (replace(each, limits=ENDLESS) if so else each for each, so in zip(machine.rotary, far, strict=True))
     return replace(machine, rotary=tuple(rotary))
 
 
-def windings(low, high):
+def windings(low: float, high: float) -> np.ndarray:
     """The whole turns, radians, that may bring an angle in [−180°, 180°] into travel; 0 for an endless axis."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return np.zeros(1)
@@ -290,7 +301,7 @@ def windings(low, high):
     return TURN * turns[np.argsort(np.abs(turns), kind="stable")]
 
 
-def short_way(machine, steps):
+def short_way(machine: Machine, steps: ArrayLike) -> np.ndarray:
     """Return joint steps, shape (..., j), with those of endless axes brought into [−180°, 180°]."""
     steps = np.array(steps, dtype=float)
     around = machine.endless
@@ -298,13 +309,13 @@ def short_way(machine, steps):
     return steps
 
 
-def prices(machine):
+def prices(machine: Machine) -> tuple[np.ndarray, bool]:
     """What a mm or radian of each joint costs, shape (j,), and whether only the slowest joint counts."""
     known = ~np.isnan(machine.max_rates)
     return (np.nan_to_num(1 / machine.max_rates) if known.any() else machine.units), bool(known.any())
 
 
-def move_costs(machine, steps):
+def move_costs(machine: Machine, steps: ArrayLike) -> np.ndarray:
     """Return what moves by joint steps (..., j), mm and radians, cost, shape (...).
 
     That is the seconds that the slowest axis needs, over the axes whose rate the machine states; if it states none,
@@ -319,15 +330,17 @@ def move_costs(machine, steps):
     return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *prices(machine))
 
 
-def path_cost(machine, joints, start):
+def path_cost(machine: Machine, joints: np.ndarray, start: np.ndarray | None) -> float:
     """What a sequence of joints, shape (n, j), costs, with the way from `start`, if given, to its first row."""
     total = float(np.sum(move_costs(machine, np.diff(joints, axis=0))))
     return total if start is None else total + float(move_costs(machine, short_way(machine, joints[0] - start)))
 
 
 def best_way(
-    solved, turns, workpiece_side, beyond, ends, endless, beginning, price, slowest, meeting, rapid, greedy
-):
+    solved: np.ndarray, turns: np.ndarray, workpiece_side: int, beyond: np.ndarray, ends: np.ndarray,
+    endless: np.ndarray, beginning: np.ndarray, price: np.ndarray, slowest: bool, meeting: np.ndarray,
+    rapid: np.ndarray, greedy: bool,
+) -> tuple[np.ndarray, np.ndarray, int, int]:  # fmt: skip
     """Find the candidate of each record: with the fewest breaks on the way, and among those of the least cost.
 
     Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.

@@ -4,13 +4,23 @@ The tool and both rotary axes in one plane: there the rotary joints lose one dir
 the workpiece-side axis must swing far for a small turn of the tool. `mathpost.post.ways` has the ways through.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.path.cl import feed_times
+from mathpost.path.cl import CLData, feed_times
 from mathpost.rotation import about, unit
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.machine import Machine
 
 # As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
 # each mm of the tolerance of the contour.
@@ -21,7 +31,7 @@ CLEARANCE = 20.0  # mm
 STILL = 0.01  # of a tolerance of the tool axis: a path that passes a singular axis as near as that meets it
 
 
-def measure(kin):
+def measure(kin: Kinematics) -> sp.Expr:
     """Return n·(a₁ × a₂) as a sympy expression in the tool-side angle: zero where the machine is singular.
 
     n is the tool axis, a₁ and a₂ the present directions of the rotary axes. Its size is √(det JᵀJ) for J = ∂n/∂q:
@@ -40,13 +50,13 @@ def measure(kin):
     return sp.simplify(tool.dot(data.axis[workpiece_side.name].cross(data.axis[tool_side.name])))
 
 
-def closeness(kin, axis):
+def closeness(kin: Kinematics, axis: ArrayLike) -> np.ndarray:
     """Return √(det JᵀJ) = |n·(a₁ × a₂)| for tool axes (..., 3): 0 when singular, NaN when out of reach."""
     below, above = kin.reach_terms(axis)
     return np.sqrt(below * above)
 
 
-def amplification(kin, axis):
+def amplification(kin: Kinematics, axis: ArrayLike) -> np.ndarray:
     """Return how far the workpiece-side axis turns at most, rad per rad of the tool; tool axes (..., 3)."""
     (_, _, _), (tool_side, _, _) = chain.between(kin.machine)
     along = unit(np.array(tool_side.axis)) @ unit(np.array(kin.machine.tool_axis))
@@ -54,7 +64,7 @@ def amplification(kin, axis):
         return np.sqrt(1 - along**2) / closeness(kin, axis)
 
 
-def distance(kin, axis):
+def distance(kin: Kinematics, axis: ArrayLike) -> np.ndarray:
     """Return the angle (radians) between tool axes (..., 3) and the nearest singular one, an end of reach.
 
     With one rotary axis none is singular: infinite.
@@ -64,14 +74,14 @@ def distance(kin, axis):
     return from_pole(kin, axis, kin.reach)
 
 
-def from_pole(kin, axis, ends=(0, np.pi)):
+def from_pole(kin: Kinematics, axis: ArrayLike, ends: tuple[float, float] = (0, np.pi)) -> np.ndarray:
     """Return the angle (radians) between tool axes (..., 3) and the workpiece-side axis, or the nearer end."""
     pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
     angle = 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
     return np.minimum(angle - ends[0], ends[1] - angle)
 
 
-def regions(kin, cl, joints, *, cone=None):
+def regions(kin: Kinematics, cl: CLData, joints: np.ndarray, *, cone: float | None = None) -> list[tuple[int, int]]:
     """Return first and last record (from 0) of each singular region of a path, list of (int, int).
 
     A move is singular if the tool axis comes nearer than `cone` (radians) to a singular one. Without `cone`, if a
@@ -83,7 +93,7 @@ def regions(kin, cl, joints, *, cone=None):
     return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def near(kin, cl, cone):
+def near(kin: Kinematics, cl: CLData, cone: float) -> np.ndarray:
     """Return whether the tool axis comes nearer than `cone` (radians) to a singular one, for each move."""
     # On its way it comes nearer than at the ends by no more than half of its turn: most moves need no closer look.
     ends, turn = distance(kin, cl.axes), np.linalg.norm(np.diff(cl.axes, axis=0), axis=1)
@@ -93,7 +103,9 @@ def near(kin, cl, cone):
     return inside
 
 
-def nearest(kin, start, end, measured=distance):
+def nearest(
+    kin: Kinematics, start: np.ndarray, end: np.ndarray, measured: Callable[..., np.ndarray] = distance
+) -> tuple[np.ndarray, np.ndarray]:
     """Where the great circle between tool axes (n, 3) comes nearest to a singular one, t from 0 to 1, and radians.
 
     With `from_pole` as `measured`: to the workpiece-side axis.
@@ -111,7 +123,7 @@ def nearest(kin, start, end, measured=distance):
     return turn[pick] / np.maximum(arc, 1e-300), found[pick]
 
 
-def _too_fast(machine, cl, joints):
+def _too_fast(machine: Machine, cl: CLData, joints: np.ndarray) -> np.ndarray:
     """Whether a rotary axis would have to turn faster than it can at the stated feed, for each move."""
     rates = machine.max_rates[3:]
     if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid]).all():
@@ -122,7 +134,7 @@ def _too_fast(machine, cl, joints):
     return over & ~cl.rapid[1:]
 
 
-def refuse_nonsense(lean, clearance):
+def refuse_nonsense(lean: float, clearance: float) -> None:
     """Raise `InputError` for a lean or a clearance that leads nowhere."""
     if not 0 < lean < np.pi / 2:
         raise InputError("lean", "radians above 0 and below π/2", repr(lean))

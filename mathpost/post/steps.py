@@ -3,10 +3,13 @@
 Each is a function of the path, of what the steps before it made, and of the options, and can be called by itself.
 """
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.compensate.compensation import Compensated, Compensator, PoseError
 from mathpost.controls.blocks import Blocks, rounded
@@ -106,18 +109,21 @@ def what_the_control_holds(path: ToolPath, options: Options, planes: bool = Fals
     return lines
 
 
-def _approach(path, blocks):
+def _approach(path: ToolPath, blocks: Blocks, safe: tuple[float | None, float | None, float]) -> Command:
     """The command to go to the safe Z, and to turn the rotary axes there, before the first move."""
     names, angles = path.kin.machine.joint_names[3:], blocks.words[0, 3:].tolist()
-    return Command("approach", (path.kin.machine.safe[2], dict(zip(names, angles, strict=True))), "")
+    return Command("approach", (safe[2], dict(zip(names, angles, strict=True))), "")
 
 
-def _in_words(point):
+def _in_words(point: Sequence[float]) -> str:
     return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
 
 
 def plan(
-    path: ToolPath, options: Options, start=None, progress: Callable[[str], None] = lambda stage: None
+    path: ToolPath,
+    options: Options,
+    start: ArrayLike | None = None,
+    progress: Callable[[str], None] = lambda stage: None,
 ) -> Plan:
     """Return the `Plan` of one tool, from `start`, joints of shape (5,), or without it from anywhere."""
     progress("choosing")
@@ -135,14 +141,17 @@ def plan(
     moves = to_moves(path, motion, options)
     said = tuple((0, line) for line in what_the_control_holds(path, options))
     remarks = [*said, *moves.blocks.remarks]
-    if approaches(path.kin.machine, options):
-        remarks.insert(sum(row == 0 for row, _ in remarks), (0, _approach(path, moves.blocks)))
+    safe = path.kin.machine.safe
+    if safe is not None and approaches(path.kin.machine, options):
+        remarks.insert(sum(row == 0 for row, _ in remarks), (0, _approach(path, moves.blocks, safe)))
     moves = replace(moves, blocks=replace(moves.blocks, remarks=tuple(remarks)))
     refuse_turning_compensation(path, moves.blocks)
     return Plan(path, chosen, found, moves, before, cautions)
 
 
-def choose(path: ToolPath, options: Options, start=None, *, strategy: str | None = None) -> Selection:
+def choose(
+    path: ToolPath, options: Options, start: ArrayLike | None = None, *, strategy: str | None = None
+) -> Selection:
     """Choose branch and winding of every record, see `mathpost.post.selection.choose`."""
     wanted = options.choosing
     return selection.choose(
@@ -168,7 +177,7 @@ def cross(
     """
     passing = options.passing
     how = {"lean": passing.lean, "clearance": passing.clearance}
-    ways = []
+    ways: list[Motion] = []
     if passing.singular != "direct":
         for region in unbroken(found, chosen.breaks):
             ways.append(crossing(path, chosen, region, options).possible(passing.singular, **how))
@@ -256,7 +265,7 @@ def keep_tip(path: ToolPath, motion: Motion, options: Options) -> Motion:
     return motion if options.tcp else divided
 
 
-def _left_for_the_tip(path, motion, options):
+def _left_for_the_tip(path: ToolPath, motion: Motion, options: Options) -> np.ndarray:
     """What digits and samples leave of the tolerance of the tip, mm, for each move."""
     tip, _ = path.cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
     lever = deviation.levers(path.kin.machine) + np.linalg.norm(tip, axis=1)
@@ -270,7 +279,7 @@ def _left_for_the_tip(path, motion, options):
     return options.tolerance - np.maximum(moved[:-1], moved[1:])
 
 
-def _refuse_out_of_travel(path, motion):
+def _refuse_out_of_travel(path: ToolPath, motion: Motion) -> None:
     """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
     out = np.flatnonzero(~path.kin.machine.within(motion.joints).all(axis=1))
     if out.size:

@@ -4,18 +4,27 @@ The rotary axes have been turned by moves before. The plane is written only if t
 takes this very position for it: then nothing turns, and the moves that follow are in the coordinates of the plane.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mathpost.controls import plane_blocks
 from mathpost.controls.blocks import printed
 from mathpost.errors import MathpostError
 from mathpost.frame import Frame
+from mathpost.path.cl import commands
 from mathpost.path.modal import Command
 from mathpost.path.pieces import Hole
 from mathpost.plane import positioning
 from mathpost.plane.tilted_plane import Plane
 from mathpost.post.draft import Draft
 from mathpost.post.motion import SAFE
+
+if TYPE_CHECKING:
+    from mathpost.controls.phrases import Tilted
+    from mathpost.kinematics import Kinematics
 
 FEWEST = 8  # moves that are worth a plane, or a hole
 SAME = 1e-3  # degrees, by which printed angles may turn the axes
@@ -32,7 +41,7 @@ def tilted(draft: Draft) -> None:
         return
     blocks, motion = draft.moves.blocks, draft.moves.motion
     turns = np.any(np.diff(blocks.words[:, 3:], axis=0) != 0, axis=1)
-    fixed = [row for row, remark in blocks.remarks if getattr(remark, "kind", "") in ("offset", "tool", "approach")]
+    fixed = [row for kind in ("offset", "tool", "approach") for row, _ in commands(blocks.remarks, kind)]
     edges = {0, len(blocks.words), *(np.flatnonzero(turns) + 1).tolist()}
     edges |= {row + change for row in np.flatnonzero(motion.kind == SAFE).tolist() for change in (0, 1)}
     edges |= {row for row in fixed if 0 < row < len(blocks.words)}
@@ -42,16 +51,16 @@ def tilted(draft: Draft) -> None:
         first, stop = at[run : run + 2].tolist()
         worth = stop - first > FEWEST or ((drilled >= first) & (drilled < stop)).any()
         if worth and motion.kind[first] != SAFE and blocks.words[first, 3:].any():
-            _tilt(draft, first, stop)
+            _tilt(draft, control.tilted, first, stop)
 
 
-def _tilt(draft, first, stop):
+def _tilt(draft: Draft, known: Tilted, first: int, stop: int) -> None:
     """Write the moves behind row `first` in a plane, if the control takes where the rotary axes stand for it."""
     kin, control = draft.path.kin, draft.options.control
     joints = draft.moves.motion.joints[first:stop]
     tips, axes = kin.forward(joints)
     frame = Frame.from_axes(axes[0], _along_x(kin, joints[0], axes[0]), (0.0, 0.0, 0.0), "WCS", "feature")
-    plane = Plane.from_frame(frame, control.tilted.notation)
+    plane = Plane.from_frame(frame, known.notation)
     plane = Plane(plane.notation, np.round(plane.values, 4))
     direction = _direction(draft, plane, first)
     if direction is None:
@@ -61,18 +70,18 @@ def _tilt(draft, first, stop):
         return
     text = plane_blocks.to_text(
         plane,
-        positioning=control.tilted.positioning,
-        swivel_data=control.tilted.swivel_data,
+        positioning=known.positioning,
+        swivel_data=known.swivel_data,
         direction=direction,
     )
     draft.words[first + 1 : stop, :3] = words[1:]
     draft.starts[first:stop] = words
     draft.frames[first + 1 : stop] = [plane.frame] * (stop - first - 1)
-    draft.say(first + 1, Command("plane", (text.splitlines() + list(control.tilted.on),), ""))
-    draft.say(stop, Command("plane off", (control.tilted.off,), ""), first=True)
+    draft.say(first + 1, Command("plane", (text.splitlines() + list(known.on),), ""))
+    draft.say(stop, Command("plane off", (known.off,), ""), first=True)
 
 
-def _along_x(kin, joints, axis):
+def _along_x(kin: Kinematics, joints: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """A direction of the workpiece for X of the plane: that of the slide X, or of Y where the tool lies along X."""
     moved = kin.forward(joints + np.eye(3, len(joints))[:2])[0] - kin.forward(joints)[0]
     x, y = moved
@@ -81,7 +90,7 @@ def _along_x(kin, joints, axis):
     return base / np.linalg.norm(base)
 
 
-def _direction(draft, plane, row):
+def _direction(draft: Draft, plane: Plane, row: int) -> int | None:
     """The direction with which the control takes the present position for a plane; None if it takes another one."""
     control, standing = draft.options.control, draft.moves.blocks.words[row, 3:]
     rule = getattr(positioning, control.positioning)

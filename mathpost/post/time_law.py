@@ -4,15 +4,20 @@ By the *time law* every move is *asked* to take the time that its feed or its sl
 is the part of that speed at which it is really run, 0 to 1, from rest to rest, so that every axis can follow.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.controls.blocks import Blocks
 from mathpost.controls.control import Control
 from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
+from mathpost.machine import Linear, Machine, Rotary
 from mathpost.path.cl import feed_times
 from mathpost.post.proof import joints_of
 
@@ -23,6 +28,8 @@ STILL = 1e-12  # mm/s or rad/s
 ROUNDING = 1e-12  # of w²: what changes less stays the same
 TCP_PARTS = 16  # of a move with TCP, that are looked at for the fastest of each axis
 LONG = 15_000  # moves; with more of them it pays to load Numba
+SlowDown = tuple[int, float, float]  # a record, from 0, and the seconds before it that are asked, and taken
+Joint = TypeVar("Joint", Linear, Rotary)
 
 
 @dataclass(frozen=True)
@@ -37,7 +44,7 @@ class TimeLaw:
     highest: np.ndarray  # and its greatest w, between
     peaks: np.ndarray  # shape (2, 5), of each axis: speed, mm or radians per s, and acceleration, NaN without limit
 
-    def at(self, seconds):
+    def at(self, seconds: ArrayLike) -> np.ndarray:
         """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
         seconds = np.clip(seconds, 0, self.seconds[-1])
         move = np.clip(np.searchsorted(self.seconds, seconds, side="right") - 1, 0, len(self.asked) - 1)
@@ -52,7 +59,10 @@ class TimeLaw:
         return self.joints[move] + done[..., None] * (self.joints[move + 1] - self.joints[move])
 
 
-def time_law(machine, joints, asked, *, settle=SETTLE, halts=None, smooth=None):
+def time_law(
+    machine: Machine, joints: ArrayLike, asked: ArrayLike, *, settle: float = SETTLE,
+    halts: np.ndarray | None = None, smooth: np.ndarray | None = None,
+) -> TimeLaw:  # fmt: skip
     """Return the `TimeLaw` of a path whose joints (m, 5), mm and radians, run linearly from each row to the next.
 
     `asked`, shape (m - 1,), are the seconds that feed and rates ask for each move, as `block_times` has them; one
@@ -82,7 +92,9 @@ def time_law(machine, joints, asked, *, settle=SETTLE, halts=None, smooth=None):
     if halts is not None:
         halts = np.asarray(halts)[np.r_[0, moving + 1]]
         squares[halts], bend[:, halts] = 0, 0
-    rise, drive = (compiled(loop) if len(lengths) > LONG else loop for loop in (climbed, driven))
+    long = len(lengths) > LONG
+    rise = compiled(climbed) if long else climbed
+    drive = compiled(driven) if long else driven
     if np.isfinite(most).any():
         squares = rise(squares, lengths, speed, bend, most)
         squares = rise(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
@@ -94,7 +106,9 @@ def time_law(machine, joints, asked, *, settle=SETTLE, halts=None, smooth=None):
     return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, peaks)
 
 
-def block_times(machine, joints, tip, feeds, in_cut):
+def block_times(
+    machine: Machine, joints: np.ndarray, tip: np.ndarray, feeds: np.ndarray, in_cut: np.ndarray
+) -> np.ndarray:
     """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
 
     Tips are (m, 3), `feeds` and whether a move is `in_cut` (m - 1,). On a machine that states no rates, no axis
@@ -176,17 +190,17 @@ def law_of(
     return asked, replace(law, joints=joints[kept], peaks=peaks)
 
 
-def _weaker(machine, times):
+def _weaker(machine: Machine, times: int) -> Machine:
     """A machine with so many times less acceleration."""
 
-    def less(joint):
+    def less(joint: Joint) -> Joint:
         most = joint.max_acceleration
         return joint if most is None else replace(joint, max_acceleration=most / times)
 
     return replace(machine, linear=tuple(map(less, machine.linear)), rotary=tuple(map(less, machine.rotary)))
 
 
-def overlaps(points, law, rounding):
+def overlaps(points: np.ndarray, law: TimeLaw, rounding: float) -> np.ndarray:
     """Seconds (m - 2,) in which LinuxCNC runs two moves at once: one slows down, the next speeds up.
 
     `points`, shape (m, 3), are X Y Z as programmed. Both moves last half of their way at most, and the corner is
@@ -204,7 +218,9 @@ def overlaps(points, law, rounding):
     return np.where(corner, np.minimum(shared, allowed), shared)
 
 
-def corners(joints, moving, lengths, most, settle):
+def corners(
+    joints: np.ndarray, moving: np.ndarray, lengths: np.ndarray, most: np.ndarray, settle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The speed of each axis at w = 1, what a bend takes of its acceleration at each pose, and the squares of w."""
     moves = len(lengths)
     speed, bend, squares = np.empty((len(most), moves)), np.zeros((len(most), moves + 1)), np.zeros(moves + 1)
@@ -223,7 +239,9 @@ def corners(joints, moving, lengths, most, settle):
 # The loops run as they stand, or as machine code if Numba compiles them.
 
 
-def climbed(squares, lengths, speed, bend, most):
+def climbed(
+    squares: np.ndarray, lengths: np.ndarray, speed: np.ndarray, bend: np.ndarray, most: np.ndarray
+) -> np.ndarray:
     """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose."""
     squares = squares.copy()
     for move in range(len(lengths)):
@@ -237,7 +255,9 @@ def climbed(squares, lengths, speed, bend, most):
     return squares
 
 
-def driven(squares, lengths, speed, bend, most):
+def driven(
+    squares: np.ndarray, lengths: np.ndarray, speed: np.ndarray, bend: np.ndarray, most: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (2, 5)."""
     moves, axes = len(lengths), len(most)
     ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((2, axes))
@@ -265,7 +285,7 @@ def driven(squares, lengths, speed, bend, most):
     return ramp, highest, seconds, peaks
 
 
-def slow_down(record, seconds, asked):
+def slow_down(record: ArrayLike, seconds: ArrayLike, asked: ArrayLike) -> SlowDown | None:
     """Return the record that costs the tip most time above what its feed asks, with seconds asked and taken.
 
     Of each move `record` is the one that it leads to, `seconds` what it takes, `asked` what its feed asks, or NaN.

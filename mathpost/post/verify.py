@@ -1,5 +1,7 @@
 """A program that somebody else's post wrote: read, simulated along the joints, and compared with the CL data."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +13,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS, Machine
 from mathpost.path.cl import CLData, from_arrays
-from mathpost.post.along import Along, along, kinematics_of
+from mathpost.post.along import Along, Moves, along, kinematics_of
 from mathpost.post.explained import Case, explain
 from mathpost.post.options import TOLERANCE
 from mathpost.post.proof import joints_of
@@ -21,6 +23,8 @@ from mathpost.post.time_law import asked_by, time_law
 SWING = 90.0  # degrees that a rotary axis turns in one block
 BETWEEN = (0.25, 0.5, 0.75)  # of a move, where travel is looked at besides its ends
 SHOWN = 5  # lines of each kind in the report
+# Joints, tips and tool axes at the ends of the moves, and the kinematics of each.
+Simulated = tuple[np.ndarray, np.ndarray, np.ndarray, list[Kinematics]]
 
 
 @dataclass(frozen=True)
@@ -33,14 +37,14 @@ class Verified:
     joints: np.ndarray  # shape (n, 5), mm and radians, at the ends of the moves
     tips: np.ndarray  # shape (n, 3), in the workpiece, mm
     axes: np.ndarray  # shape (n, 3), unit vectors
-    names: tuple  # of the joints
-    outside: tuple  # pairs: a block from 0, which joints are out of travel there or on the way
-    swings: tuple  # (block, name of the axis, degrees)
-    pole: tuple  # (first block, last block, least angle from the pole in degrees)
+    names: tuple[str, ...]  # of the joints
+    outside: tuple[tuple[int, str], ...]  # a block from 0, which joints are out of travel there or on the way
+    swings: tuple[tuple[int, str, float], ...]  # (block, name of the axis, degrees)
+    pole: tuple[tuple[int, int, float], ...]  # (first block, last block, least angle from the pole in degrees)
     seconds: float  # by the time law; 0 if neither feeds nor rates are known
     records: int  # of the CL data, 0 without
     along: Along | None  # with CL data
-    explained: tuple  # sentences
+    explained: tuple[str, ...]  # sentences
 
     @property
     def status(self) -> int:
@@ -101,16 +105,16 @@ class Verified:
         rows += self._agreement()
         return "\n".join(f"{key:<10} {value}" for key, value in rows)
 
-    def _lines(self):
+    def _lines(self) -> str:
         return f"lines {self.line(0)} … {self.line(-1)}"
 
-    def _several(self, key, sentences, otherwise):
+    def _several(self, key: str, sentences: list[str], otherwise: str) -> list[tuple[str, str]]:
         if not sentences:
             return [(key, otherwise)]
         more = len(sentences) - SHOWN
         return [(key, each) for each in sentences[:SHOWN]] + ([(key, f"and {more} more")] if more > 0 else [])
 
-    def _agreement(self):
+    def _agreement(self) -> list[tuple[str, str]]:
         if self.along is None:
             return [("CL data", "none: what the program should do was not compared")]
         found, off = self.along, self.along.off
@@ -149,7 +153,7 @@ def verify(
         compared = _compared(program, (joints, tips, axes, kin), cl, control, tolerance, axis_tolerance)
         if compared.off is not None:
 
-            def read(other):
+            def read(other: str) -> Along:
                 again = follow(other, machine, control, setup=setup, name=name)
                 return _compared(again, _simulated(again), cl, control, tolerance, axis_tolerance)
 
@@ -165,7 +169,7 @@ def verify(
     )  # fmt: skip
 
 
-def _simulated(program):
+def _simulated(program: Program) -> Simulated:
     """Joints, tips and tool axes at the ends of the moves, and the kinematics of each."""
     blocks = program.blocks
     kin = kinematics_of(program.machines, len(blocks.words))
@@ -178,23 +182,25 @@ def _simulated(program):
     return joints, tips, axes, kin
 
 
-def _compared(program, simulated, cl, control, tip, axis):
+def _compared(
+    program: Program, simulated: Simulated, cl: CLData, control: Control, tip: float, axis: float
+) -> Along:
     joints, tips, axes, kin = simulated
     free = program.blocks.rapid & (not control.rapid_interpolated)
-    return along(
-        tips, axes, cl, tip=tip, axis=axis, joints=joints, kin=kin, tcp=program.blocks.tcp, free=free
-    )  # fmt: skip
+    moves = Moves(joints, kin, program.blocks.tcp, free)
+    return along(tips, axes, cl, tip=tip, axis=axis, moves=moves)
 
 
-def _outside(program, joints, kin):
+def _outside(program: Program, joints: np.ndarray, kin: list[Kinematics]) -> tuple[tuple[int, str], ...]:
     """Blocks that end out of travel, or go there on their way under TCP."""
-    found = []
+    found: list[tuple[int, str]] = []
+    tcp = program.blocks.tcp
     for machine in dict.fromkeys(kin):
         rows = np.flatnonzero([each is machine for each in kin])
-        ok = machine.machine.within(joints[rows]).all(axis=1)
+        ok = np.all(machine.machine.within(joints[rows]), axis=1)
         found += [(int(row), "; ".join(machine.machine.out_of_travel(joints[row]))) for row in rows[~ok]]
-        inner = [row for row, inside in zip(rows[1:], ok[1:], strict=True) if inside and kin[row - 1] is machine]
-        inner = np.array([row for row in inner if program.blocks.tcp[row] and program.blocks.tcp[row - 1]], int)
+        follows = np.array([row > 0 and kin[row - 1] is machine for row in rows], bool)
+        inner = rows[ok & follows & tcp[rows] & tcp[rows - 1]]
         words = program.blocks.joints
         for t in BETWEEN if inner.size else ():
             mixed = words[inner - 1] + t * (words[inner] - words[inner - 1])
@@ -205,13 +211,13 @@ def _outside(program, joints, kin):
     return tuple(sorted(dict(reversed(found)).items()))
 
 
-def _swings(joints, names):
+def _swings(joints: np.ndarray, names: tuple[str, ...]) -> tuple[tuple[int, str, float], ...]:
     steps = np.degrees(np.diff(joints[:, 3:], axis=0))
     rows, columns = np.nonzero(np.abs(steps) > SWING)
     return tuple((int(r) + 1, names[3 + c], float(steps[r, c])) for r, c in zip(rows, columns, strict=True))
 
 
-def _near_pole(axes, kin):
+def _near_pole(axes: np.ndarray, kin: list[Kinematics]) -> tuple[tuple[int, int, float], ...]:
     """Runs of blocks whose tool axis is near the pole."""
     angle = from_pole(kin[0], axes, (0, np.inf))
     near = np.r_[False, angle < CONE, False]
@@ -219,7 +225,7 @@ def _near_pole(axes, kin):
     return tuple((int(a), int(b) - 1, float(np.degrees(angle[a:b].min()))) for a, b in edges)
 
 
-def _seconds(program, control):
+def _seconds(program: Program, control: Control) -> float:
     total, edges = 0.0, [first for first, _ in program.machines] + [len(program.lines)]
     for (first, machine), stop in zip(program.machines, edges[1:], strict=True):
         part = program.blocks[first:stop]

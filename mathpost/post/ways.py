@@ -3,9 +3,14 @@
 Among them are the two cubics of source 002 that interpolate X Y Z together with the angles, for the audit.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.path import cl as cldata
@@ -16,6 +21,10 @@ from mathpost.post.motion import LIFTED, Motion
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
 from mathpost.post.time_law import TimeLaw, block_times, time_law
 from mathpost.sources import yu_dan
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
@@ -35,12 +44,12 @@ class Way(Motion):
     reason: str = ""  # why the way is not possible
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Seconds that `law` takes."""
         return self.law.seconds[-1] if self.law else np.nan
 
     @property
-    def blocks(self):
+    def blocks(self) -> int:
         """Number of moves."""
         return max(len(self.joints) - 1, 0)
 
@@ -57,7 +66,10 @@ class Crossing:
     SAFE = ("direct", "other branch", "linear", "cubic", "cubic lifted", "aside", "retract")
     WAYS = (*SAFE, "paper cubic", "paper clamped")
 
-    def __init__(self, kin, cl, joints, region, *, tolerance=0.01, axis_tolerance=AXIS_TOLERANCE):
+    def __init__(
+        self, kin: Kinematics, cl: CLData, joints: ArrayLike, region: tuple[int, int], *, tolerance: float = 0.01,
+        axis_tolerance: float = AXIS_TOLERANCE,
+    ) -> None:  # fmt: skip
         self.kin, self.cl, self.joints = kin, cl, np.asarray(joints, dtype=float)
         self.tolerance, self.axis_tolerance = tolerance, axis_tolerance
         self.first, self.last = region
@@ -65,11 +77,11 @@ class Crossing:
             raise InputError("region", f"two records from 0 to {len(self.joints) - 1}", repr(tuple(region)))
         self.records = np.arange(self.first, self.last + 1)
 
-    def compare(self, **options):
+    def compare(self, **options: Any) -> list[Way]:
         """Return all ways as a list of `Way`; one that is not possible says why."""
         return [self.way(name, **options) for name in self.WAYS]
 
-    def possible(self, name, **options):
+    def possible(self, name: str, **options: Any) -> Way:
         """Return one way, or raise `ReachError` if it is not possible or leaves the great circle too far."""
         way = self.way(name, **options)
         reason = way.reason
@@ -81,7 +93,7 @@ class Crossing:
             raise ReachError(f"{self.cl.name}: no way {name!r} from record {first} to {last}: {reason}")
         return way
 
-    def way(self, name, *, lean=LEAN, clearance=CLEARANCE, points=5):
+    def way(self, name: str, *, lean: float = LEAN, clearance: float = CLEARANCE, points: int = 5) -> Way:
         """Return one way through as a `Way`.
 
         The tool axis follows its great circle in ``"direct"``: as chosen; in ``"other branch"``: on the other
@@ -128,10 +140,10 @@ class Crossing:
             axis_error=axis[motion.at_feed(self.cl)].max(initial=0),
         )
 
-    def _direct(self):
+    def _direct(self) -> Motion:
         return Motion.on_part(self.joints[self.records], self.records)
 
-    def _other_branch(self):
+    def _other_branch(self) -> Motion:
         """From the largest swing on, the cheapest candidate of each record that is not the chosen one."""
         machine, swing = self.kin.machine, self._largest_swing()
         found = selection.candidates(self.kin, self.cl.points[self.records], self.cl.axes[self.records])
@@ -146,18 +158,18 @@ class Crossing:
             joints[row] = joints[row - 1] + steps[pick]
         return Motion.on_part(joints, self.records)
 
-    def _linear(self):
+    def _linear(self) -> Motion:
         start, end = self.joints[[self.first, self.last], 3:]
         t = (self.records - self.first)[:, None] / (self.last - self.first)
         return self._with_tip_kept(self.records, start + t * (end - start))
 
-    def _cubic(self):
+    def _cubic(self) -> Motion:
         span, swing = self.last - self.first, np.ptp(self.joints[[self.first, self.last], 3:], axis=0).max()
         n = (int(np.ceil(swing / STEP / span)) + 1) * span - 1  # a point at each record, and others evenly between
         place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, (self.first, self.last), n)
         return Motion.on_part(joints, place)
 
-    def _cubic_lifted(self, clearance):
+    def _cubic_lifted(self, clearance: float) -> Motion:
         """Lifted at the first record, before anything turns, and returned at the last one."""
         if self.last - self.first > 1:
             raise MathpostError("the records inside the region would be left uncut")
@@ -167,7 +179,7 @@ class Crossing:
         )
         return Motion.joined([on_part[:1], over, on_part[-1:]])
 
-    def _aside(self, lean):
+    def _aside(self, lean: float) -> Motion:
         place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])
         tip, axis = self.cl.at(place)
         t = (place - self.first) / (self.last - self.first)
@@ -194,29 +206,31 @@ class Crossing:
             reasons.append("it comes out on a different branch or winding")
         raise MathpostError("; ".join(dict.fromkeys(reasons)))
 
-    def _retract(self, clearance):
+    def _retract(self, clearance: float) -> Motion:
         swing, on_part = self._largest_swing(), self._direct()
         over = yu_dan.lifted(self.kin, self.joints[swing : swing + 2], clearance)
         swung = Motion(over, np.array([swing, swing + 1.0]), np.full(2, LIFTED))
         before = swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
-    def _paper_cubic(self, points, cubic=yu_dan.paper_cubic):
+    def _paper_cubic(
+        self, points: int, cubic: Callable[[np.ndarray, np.ndarray], np.ndarray] = yu_dan.paper_cubic
+    ) -> Motion:
         rows, t = yu_dan.four_records(self.joints, (self.first, self.last)), np.linspace(0, 1, points + 2)
         return Motion.on_part(cubic(rows, t), self.first + t * (self.last - self.first))
 
-    def _paper_clamped(self, points):
+    def _paper_clamped(self, points: int) -> Motion:
         return self._paper_cubic(points, yu_dan.paper_clamped)
 
-    def _with_tip_kept(self, place, rotary):
+    def _with_tip_kept(self, place: np.ndarray, rotary: np.ndarray) -> Motion:
         """Close the loop at each node."""
         return Motion.on_part(self.kin.close(self.cl.at(place)[0], rotary), place)
 
-    def _largest_swing(self):
+    def _largest_swing(self) -> int:
         """The record that the workpiece-side axis swings from."""
         return self.first + int(np.abs(np.diff(self.joints[self.records, self.kin.workpiece_side])).argmax())
 
-    def _law(self, motion):
+    def _law(self, motion: Motion) -> TimeLaw:
         """The time law of a motion with the records about it."""
         near = np.arange(max(self.first - NEAR, 0), min(self.last + 1 + NEAR, len(self.joints)))
         run, machine = Motion.on_part(self.joints[near], near), self.kin.machine
@@ -225,7 +239,7 @@ class Crossing:
         return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
 
-def unbroken(regions, breaks):
+def unbroken(regions: list[tuple[int, int]], breaks: Sequence[int]) -> Iterator[tuple[int, int]]:
     """The parts of regions between the records at which the path breaks."""
     for first, last in regions:
         inside = [record for record in breaks if first < record <= last]
@@ -234,7 +248,7 @@ def unbroken(regions, breaks):
                 yield start, end
 
 
-def through_the_records(joints, ways):
+def through_the_records(joints: np.ndarray, ways: Sequence[Motion]) -> Motion:
     """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
     place = np.arange(len(joints))
     parts, record = [], 0  # the next record to be reached
@@ -247,7 +261,7 @@ def through_the_records(joints, ways):
     return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
 
 
-def comparison(region, ways):
+def comparison(region: tuple[int, int], ways: Sequence[Way]) -> Iterator[str]:
     """Yield the lines of a table that compares the ways through a singular region."""
     yield f"singular region, records {region[0] + 1} to {region[1] + 1}"
     yield f"{'way':<14}{'time s':>8}{'peak °/s':>10}{'°/s²':>7}{'tip mm':>10}{'axis °':>9}{'blocks':>8}"
