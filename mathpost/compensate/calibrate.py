@@ -10,21 +10,30 @@ uncertainty, U = k·u the expanded one for 95 %, with Student's t for k and the 
 Satterthwaite (GUM, annex G).
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mathpost.compensate import further, suspect, verdict
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, constant_errors, error_names
+from mathpost.compensate.model import SQUARENESS, MachineErrors, constant_errors, error_names
 from mathpost.compensate.moved import corrected
 from mathpost.compensate.positioning import Positioning
-from mathpost.compensate.problem import Problem
+from mathpost.compensate.problem import Problem, Solution
 from mathpost.errors import InputError
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor
 from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.compensate.readings import Read
+    from mathpost.machine import Machine
 
 SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning error need not have
 
@@ -33,31 +42,35 @@ SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning er
 class Calibration:
     """What readings say about a machine."""
 
-    nominal: object  # the `Machine` as the control believed it to be
-    values: dict  # unknowns of the geometry: what the machine has more than `nominal`, mm or radians
-    positioning: tuple  # a `Positioning` for each axis measured
-    parts: tuple  # for each file: its share of the covariance of all unknowns, geometry first, and its freedom
-    assumed: dict  # unknowns that the readings do not determine: the reason
-    noise: dict  # files: the standard deviation of a reading and its degrees of freedom
-    bar: dict  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
-    doubts: tuple = ()  # sentences: why the readings do not fit
-    notes: tuple = ()  # sentences: what else was seen
-    residuals: tuple = ()  # `verdict.Residual`, what is left of each reading
+    nominal: Machine  # as the control believed it to be
+    values: dict[str, float]  # unknowns of the geometry: what the machine has more than `nominal`, mm or radians
+    positioning: tuple[Positioning, ...]  # for each axis measured
+    parts: tuple[
+        tuple[np.ndarray, float], ...
+    ]  # for each file: its share of the covariance of all unknowns, geometry first, and its freedom
+    assumed: dict[str, str]  # unknowns that the readings do not determine: the reason
+    noise: dict[str, tuple[float, float]]  # files: the standard deviation of a reading and its degrees of freedom
+    bar: dict[
+        str, Value
+    ]  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
+    doubts: tuple[str, ...] = ()  # sentences: why the readings do not fit
+    notes: tuple[str, ...] = ()  # sentences: what else was seen
+    residuals: tuple[verdict.Residual, ...] = ()  # what is left of each reading
 
     @property
-    def fits(self):
+    def fits(self) -> bool:
         """Whether nothing speaks against the estimate."""
         return not self.doubts
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> Value:
         """Return the `Value` of one unknown."""
         index = list(self.values).index(name)
         return self.value(self.values[name], np.eye(len(self.values))[index])
 
-    def of(self, function):
+    def of(self, function: Callable[[Machine], list[float]]) -> list[Value]:
         """Return numbers of the calibrated machine, each as `Value`: `function` takes a machine to a list."""
 
-        def at(name, step):
+        def at(name: str, step: float) -> np.ndarray:
             return np.array(function(corrected(self.nominal, self.values | {name: self.values[name] + step})))
 
         numbers = np.asarray(function(self.machine), dtype=float)
@@ -67,12 +80,12 @@ class Calibration:
         return [self.value(number, slope) for number, slope in zip(numbers.tolist(), slopes.T, strict=True)]
 
     @cached_property
-    def machine(self):
+    def machine(self) -> Machine:
         """The calibrated `Machine`: axes, points and tool where the readings have found them."""
         return corrected(self.nominal, self.values)
 
     @cached_property
-    def errors(self):
+    def errors(self) -> MachineErrors:
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
         names, curves = error_names(self.machine), []
         square = {n: self.values[n] for n in SQUARENESS if n in self.values and n not in self.assumed}
@@ -81,7 +94,7 @@ class Calibration:
             curves += [(names.index(name), each.curve(column)) for name, column in found]
         return replace(constant_errors(self.machine, square), curves=tuple(curves))
 
-    def value(self, value, gradient):
+    def value(self, value: float, gradient: np.ndarray) -> Value:
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
         gradient = np.pad(gradient, (0, len(self.parts[0][0]) - len(gradient)))
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
@@ -89,7 +102,7 @@ class Calibration:
         spread = (shares**2 / freedoms).sum()
         return Value(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
 
-    def __str__(self):
+    def __str__(self) -> str:
         lines = (
             ["The readings fit."] if self.fits else ["THE READINGS DO NOT FIT:", *(f"  {d}" for d in self.doubts)]
         )
@@ -98,13 +111,13 @@ class Calibration:
             each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
             found = f"{size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
             lines.append(f"{name:6s} {found} {each.free:>8s}")
-        for each in self.positioning:
-            size, unit = (np.degrees(3600), "arcsec") if each.joint > 2 else (1e3, "µm")
-            most = size * coverage_factor(each.freedom) * each.sigma.max()
-            found = f"range {size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
-            closed = f"; closes to {size * each.closure:.2f} {unit}" if each.closure else ""
-            name = self.machine.joint_names[each.joint]
-            lines.append(f"{name} positioning: {found}; reversal {size * each.reversal:.2f} {unit}{closed}")
+        for axis in self.positioning:
+            size, unit = (np.degrees(3600), "arcsec") if axis.joint > 2 else (1e3, "µm")
+            most = size * coverage_factor(axis.freedom) * axis.sigma.max()
+            found = f"range {size * np.ptp(axis.value):.2f} {unit}, U {most:.2f} at a target"
+            closed = f"; closes to {size * axis.closure:.2f} {unit}" if axis.closure else ""
+            name = self.machine.joint_names[axis.joint]
+            lines.append(f"{name} positioning: {found}; reversal {size * axis.reversal:.2f} {unit}{closed}")
         lines += self._centres()
         for name, each in self.bar.items():
             longer = "longer than believed by" if name == "length" else "radius"
@@ -117,7 +130,7 @@ class Calibration:
             lines.append(f"noise of a reading in {name}: {1e3 * sigma:.2f} µm, {stated}")
         return "\n".join([*lines, *self.notes])
 
-    def _centres(self):
+    def _centres(self) -> list[str]:
         """Lines that say where each measured table axis is in machine coordinates."""
         lines = []
         for index, each in enumerate(self.nominal.rotary):
@@ -125,13 +138,17 @@ class Calibration:
             letters = ["XYZ"[row] for row in np.flatnonzero(np.abs(plane).max(axis=1) > SMALL)]
             if each.carries == "tool" or not set(names[:2]) <= set(self.values) or len(letters) > 2:
                 continue
-            places = self.of(lambda machine, index=index: list(machine.rotary[index].point))
+            places = self.of(partial(_point_of, index))
             found = [f"{x} {places['XYZ'.index(x)].value:.4f} ± {places['XYZ'.index(x)].U:.4f}" for x in letters]
             lines.append(f"centre of {each.name}: {', '.join(found)} mm, machine coordinates")
         return lines
 
 
-def calibrate(machine, paths, **settings):
+def _point_of(index: int, machine: Machine) -> list[float]:
+    return list(machine.rotary[index].point)
+
+
+def calibrate(machine: Machine, paths: Sequence[Path | str], **settings: Any) -> Calibration:
     """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
     `paths` are files, see `mathpost.compensate.readings.template`; `settings` (``unit``, ``method``, ``axis``,
@@ -153,16 +170,16 @@ def calibrate(machine, paths, **settings):
     return replace(found, doubts=(*found.doubts, *causes))
 
 
-def estimate(machine, read):
+def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
     """Return the `Calibration` from what `mathpost.compensate.readings.read` returned."""
     seen = [each for each in read if isinstance(each, Positioning)]
     if len({each.joint for each in seen}) < len(seen):
         raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
     blocks = [each for each in read if isinstance(each, files.Readings)]
     bars = [each for each in read if isinstance(each, dict)]
-    if len(bars) > 1 or not blocks + seen:
-        found = f"{len(bars)} of a bar, {len(blocks + seen)} others"
-        raise InputError("readings", "readings of an axis, and at most one test bar beside them", found)
+    if len(bars) > 1 or not (blocks or seen):
+        others = f"{len(bars)} of a bar, {len(blocks) + len(seen)} others"
+        raise InputError("readings", "readings of an axis, and at most one test bar beside them", others)
     problem = Problem(machine, blocks, seen)
     solution, shown = problem.solve()
     found = _calibration(problem, solution, bars[0] if bars else {})
@@ -178,7 +195,7 @@ def estimate(machine, read):
     return replace(found, doubts=(*far, *doubts), notes=notes)
 
 
-def _calibration(problem, solution, bar):
+def _calibration(problem: Problem, solution: Solution, bar: dict[str, Value]) -> Calibration:
     """Bring a `Solution` to a `Calibration`."""
     gain, rows = solution.covariance @ solution.rows.T, [*problem.rows]
     rows.append(slice(rows[-1].stop, len(solution.rows)))  # what was known before
@@ -206,7 +223,7 @@ def _calibration(problem, solution, bar):
     return Calibration(problem.machine, values, tables, tuple(parts), assumed, noise, bar)
 
 
-def columns(machine, positioning):
+def columns(machine: Machine, positioning: Positioning) -> dict[str, np.ndarray]:
     """The columns of an error table, µm or µrad, that a positioning error makes: the sign is that of the axis."""
     name, joint = machine.joint_names[positioning.joint], positioning.joint
     if joint < 3:

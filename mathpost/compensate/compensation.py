@@ -7,22 +7,30 @@ small tilt, and its remainder, which grows with the square of the turn, makes th
 limited, X Y Z still correct the tip, and a point that would nevertheless become worse stays as programmed.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
-from mathpost.compensate.model import COMPONENTS, ErrorModel, error_frame, named_point
+from mathpost.compensate.model import COMPONENTS, ErrorModel, MachineErrors, error_frame, named_point
 from mathpost.errors import as_array
 from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import unit, wrap
 
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
+
 MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
 ROUNDING = 1e-13  # radians
 NEGLIGIBLE = 1e-4, 1e-7  # mm and radians by which "worse" is not worth refusing
+Pose = tuple[np.ndarray, np.ndarray]  # tip and tool axis
 _model = lru_cache(maxsize=8)(ErrorModel)  # to derive and compile one takes seconds
 _SIX, _POINT = sp.symbols(tuple(COMPONENTS), real=True), sp.symbols(("px", "py", "pz"), real=True)
 
@@ -36,10 +44,11 @@ class CalibratedKinematics:
     inverse of `mathpost.kinematics`. `constant`, shape (33,), is in the order of `model.names`, mm and radians.
     """
 
-    def __init__(self, model, constant):
+    def __init__(self, model: ErrorModel, constant: ArrayLike) -> None:
         self.slides = np.empty((3, 3))  # true directions of X, Y and Z as columns
         machine, errors = model.machine, dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
-        moved, origin = {}, _translation(machine.origin)
+        moved: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        origin = _translation(machine.origin)
         frame = self._outwards("workpiece", machine, errors, moved, start=np.zeros(3))
         self.workpiece = np.linalg.inv(origin) @ frame @ origin
         # Beyond the slides the chain counts from the spindle nose.
@@ -59,7 +68,10 @@ class CalibratedKinematics:
         )
         self._kinematics = Kinematics(self.machine)
 
-    def _outwards(self, side, machine, errors, moved, start):
+    def _outwards(
+        self, side: str, machine: Machine, errors: dict[str, float],
+        moved: dict[str, tuple[np.ndarray, np.ndarray]], start: np.ndarray,
+    ) -> np.ndarray:  # fmt: skip
         """Move all error frames of a side outwards from the bed; return the one frame that they leave at its end.
 
         The slides' directions and, in `moved`, point and direction of each rotary axis are those behind them.
@@ -78,7 +90,7 @@ class CalibratedKinematics:
                 moved[rotary.name] = frame[:3, :3] @ point + frame[:3, 3], frame[:3, :3] @ unit(rotary.axis)
         return frame
 
-    def inverse(self, tip, axis):
+    def inverse(self, tip: ArrayLike, axis: ArrayLike) -> np.ndarray:
         """Return the joints of both branches with which the machine, errors and all, reaches a pose.
 
         Parameters, result and errors are those of `mathpost.kinematics.Kinematics.inverse`; radians.
@@ -97,7 +109,7 @@ class PoseError:
     tip: np.ndarray  # mm
     axis: np.ndarray  # radians
 
-    def __str__(self):
+    def __str__(self) -> str:
         tip, axis = 1e3 * self.tip, np.rad2deg(self.axis) * 3600
         return (
             f"tip {tip.mean():.3f} µm on average, {tip.max():.3f} µm at most; "
@@ -116,7 +128,7 @@ class Compensated:
     refused: np.ndarray  # where the joints are those programmed: the correction would have made things worse
 
     @property
-    def cautions(self):
+    def cautions(self) -> tuple[str, ...]:
         """Sentences that say how many points were limited or refused; none if none was."""
         worst = np.rad2deg(self.after.axis[self.limited].max(initial=0)) * 3600
         said = {
@@ -126,7 +138,7 @@ class Compensated:
         }
         return tuple(f"{at.sum()} of {at.size} points {what}" for what, at in said.items() if at.any())
 
-    def __str__(self):
+    def __str__(self) -> str:
         said = f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}", *self.cautions
         return "\n".join(said)
 
@@ -147,23 +159,23 @@ class Compensator:
     '12.16 µm, 0.00 µm'
     """
 
-    def __init__(self, errors, *, max_turn=MAX_TURN):
+    def __init__(self, errors: MachineErrors, *, max_turn: float = MAX_TURN) -> None:
         self.errors, self.max_turn = errors, max_turn
         self.machine, self.model = errors.machine, _model(errors.machine)
 
     @cached_property
-    def calibrated(self):
+    def calibrated(self) -> CalibratedKinematics:
         """The exact inverse of the machine with the first group of its errors."""
         return CalibratedKinematics(self.model, self.errors.constant)
 
-    def with_drift(self, drift):
+    def with_drift(self, drift: ArrayLike) -> Compensator:
         """Return a `Compensator` of the same machine, whose errors have drifted by `drift`, shape (33,)."""
         drift = as_array(drift, len(self.model.names), "drift")
         other = Compensator(replace(self.errors, drift=drift), max_turn=self.max_turn)
         other.calibrated = self.calibrated  # the drift belongs to the second group
         return other
 
-    def costs(self, joints):
+    def costs(self, joints: ArrayLike) -> dict[str, np.ndarray]:
         """Return what each error costs at the tip at `joints`, shape (..., 5), to first order.
 
         A dict: the name of each error that is not 0 everywhere to an array of mm, shape (...), dearest first.
@@ -173,15 +185,15 @@ class Compensator:
         costs = zip(self.model.names, np.moveaxis(np.linalg.norm(moved, axis=-2), -1, 0), strict=True)
         return dict(sorted((item for item in costs if item[1].any()), key=lambda item: -item[1].max()))
 
-    def forward(self, joints):
+    def forward(self, joints: ArrayLike) -> Pose:
         """Return tip and axis that the machine takes at `joints`, errors and all; mm and radians."""
         return self.model.forward(joints, self.errors.at(joints))
 
-    def wanted(self, joints):
+    def wanted(self, joints: ArrayLike) -> Pose:
         """Return tip and axis that a machine without errors takes at `joints`."""
         return self.model.forward(joints, np.zeros(len(self.model.names)))
 
-    def miss(self, joints, wanted=None):
+    def miss(self, joints: ArrayLike, wanted: Pose | None = None) -> PoseError:
         """Return the `PoseError` of `joints` against the pose `wanted`, by default that without errors."""
         tip, axis = self.forward(joints)
         wanted_tip, wanted_axis = self.wanted(joints) if wanted is None else wanted
@@ -189,7 +201,7 @@ class Compensator:
         chord = np.linalg.norm(axis - wanted_axis, axis=-1)
         return PoseError(np.linalg.norm(tip - wanted_tip, axis=-1), 2 * np.arcsin(chord / 2))
 
-    def compensate(self, joints):
+    def compensate(self, joints: ArrayLike) -> Compensated:
         """Return the joints, as `Compensated`, with which the machine comes to where `joints` were meant to be.
 
         `joints`, shape (..., 5), mm and radians, are as computed for a machine without errors.
@@ -205,7 +217,7 @@ class Compensator:
         corrected = np.where(refused[..., None], joints, base + step)
         return Compensated(corrected, before, self.miss(corrected, wanted), limited & ~refused, refused)
 
-    def _first_group(self, joints, wanted, most):
+    def _first_group(self, joints: np.ndarray, wanted: Pose, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The exact inverse nearest to `joints` where it turns by no more than `most`, else `joints` themselves."""
         change = self.calibrated.inverse(*wanted) - joints[..., None, :]
         change[..., 3:] = wrap(change[..., 3:], 2 * np.pi)
@@ -216,7 +228,9 @@ class Compensator:
         return np.where(exact[..., None], joints + change, joints), exact
 
 
-def total_differential(model, joints, errors, *, max_turn=np.inf):
+def total_differential(
+    model: ErrorModel, joints: np.ndarray, errors: np.ndarray, *, max_turn: float = np.inf
+) -> tuple[np.ndarray, np.ndarray]:
     """Return one step of the total differential, dq = −J⁺·Jₑ·e, (..., 5), and where it was limited, (...).
 
     The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
@@ -243,19 +257,19 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     return np.concatenate([linear, rotary], axis=-1), beyond.any(axis=-1)
 
 
-def _own_turns(model, errors):
+def _own_turns(model: ErrorModel, errors: np.ndarray) -> np.ndarray:
     """The turns, shape (..., 2), that take out what the rotary axes' own positioning errors turn."""
     columns = [[model.names.index(f"E{c}{rotary.name}") for c in "ABC"] for rotary in model.machine.rotary]
     axes = unit([rotary.axis for rotary in model.machine.rotary])
     return -np.einsum("...ij,ij->...i", np.asarray(errors)[..., columns], axes)
 
 
-def _frame(joint, point, errors):
+def _frame(joint: str, point: np.ndarray, errors: dict[str, float]) -> np.ndarray:
     kernel = numeric(error_frame(_SIX, sp.Matrix(_POINT)), (*_SIX, *_POINT))
     return kernel(*(errors[f"E{component}{joint}"] for component in COMPONENTS), *point)
 
 
-def _translation(vector):
+def _translation(vector: ArrayLike) -> np.ndarray:
     matrix = np.eye(4)
     matrix[:3, 3] = vector
     return matrix

@@ -6,12 +6,16 @@ factor. A reading that contradicts what is known is set aside, unless most do: o
 the same, the machine has changed.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mathpost.compensate.model import constant_errors
+from mathpost.compensate.model import ErrorModel, constant_errors
 from mathpost.errors import InputError, as_array
 from mathpost.measure.fit import check_told_apart
 
@@ -51,13 +55,16 @@ class Tracker:
     mathpost.errors.InputError: poses: expected poses that tell EYA and EYC apart (moving A too would), found ...
     """
 
-    def __init__(self, model, names, poses, *, sigma, expected, forgetting=0.7, gate=5.0):
+    def __init__(
+        self, model: ErrorModel, names: Sequence[str], poses: ArrayLike, *, sigma: float, expected: ArrayLike,
+        forgetting: float = 0.7, gate: float = 5.0,
+    ) -> None:  # fmt: skip
         self.model, self.names = model, tuple(names)
         constant_errors(model.machine, dict.fromkeys(names, 0))  # refuses other names
         if not 0 < forgetting <= 1:
             raise InputError("forgetting", "a number above 0, at most 1", f"{forgetting}")
         if not (sigma > 0 and gate > 0 and np.all(np.asarray(expected) > 0)):
-            raise InputError("sigma, expected and gate", "sizes above 0", f"{sigma}, {expected} and {gate}")
+            raise InputError("sigma, expected and gate", "sizes above 0", f"{sigma}, {expected!r} and {gate}")
         self.poses = np.atleast_2d(as_array(poses, 5, "poses"))
         self.sigma, self.forgetting, self.gate = sigma, forgetting, gate
         self.expected = np.broadcast_to(np.asarray(expected, dtype=float), len(self.names))
@@ -69,42 +76,42 @@ class Tracker:
         check_told_apart(self.design, self.names, further, "poses", "poses", found, otherwise, "moving {} too")
         self.values, self.covariance = np.zeros(len(self.names)), np.diag(self.expected**2)
 
-    def predict(self, values):
+    def predict(self, values: ArrayLike) -> np.ndarray:
         """Return the tip readings, shape (poses, 3) in mm, that errors of these `values` cause."""
         return (self.design @ np.asarray(values, dtype=float)).reshape(-1, 3)
 
-    def drift(self):
+    def drift(self) -> np.ndarray:
         """Return the estimate among all errors of the model, shape (33,), for `Compensator.with_drift`."""
         drift = np.zeros(len(self.model.names))
         drift[[self.model.names.index(name) for name in self.names]] = self.values
         return drift
 
-    def sure(self):
+    def sure(self) -> bool:
         """Return the standard deviation that each value will have after one part, shape (names,)."""
         information = self.design.T @ self.design / self.sigma**2 + np.linalg.inv(self.covariance)
         return np.sqrt(np.diag(np.linalg.inv(information)))
 
-    def update(self, readings, *, corrected=0.0):
+    def update(self, readings: ArrayLike, *, corrected: float = 0.0) -> Update:
         """Take in the readings of one more part, and return the `Update`.
 
         `readings`, shape (poses, 3), are where the tip was minus where it should have been, in the workpiece, mm.
         `corrected`, shape (names,), are the values with which that part had already been corrected.
         """
-        readings = as_array(readings, 3, "readings")
-        if readings.shape != (len(self.poses), 3):
-            raise InputError("readings", f"shape {(len(self.poses), 3)}, one for each pose", f"{readings.shape}")
-        readings = readings.ravel() + self.design @ np.broadcast_to(corrected, len(self.names))
+        tips = as_array(readings, 3, "readings")
+        if tips.shape != (len(self.poses), 3):
+            raise InputError("readings", f"shape {(len(self.poses), 3)}, one for each pose", f"{tips.shape}")
+        read = tips.ravel() + self.design @ np.broadcast_to(corrected, len(self.names))
         self.covariance = self.covariance / self.forgetting
         variance = np.einsum("ij,jk,ik->i", self.design, self.covariance, self.design) + self.sigma**2
-        surprise = np.abs(readings - self.design @ self.values) / np.sqrt(variance)
+        surprise = np.abs(read - self.design @ self.values) / np.sqrt(variance)
         changed = bool((surprise > self.gate).mean() > 0.5)
         if changed:
             self.covariance = np.diag(self.expected**2) + self.covariance
         # The least surprising first: a liar is judged by what the others have already said.
-        set_aside = np.zeros(len(readings), dtype=bool)
+        set_aside = np.zeros(len(read), dtype=bool)
         for row in np.argsort(surprise):
             h = self.design[row]
-            seen, missed = self.covariance @ h, readings[row] - h @ self.values
+            seen, missed = self.covariance @ h, read[row] - h @ self.values
             variance = h @ seen + self.sigma**2
             set_aside[row] = abs(missed) > self.gate * np.sqrt(variance)
             if not set_aside[row]:
@@ -115,6 +122,6 @@ class Tracker:
                 self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
         return Update(set_aside.reshape(-1, 3), changed)
 
-    def _design(self, poses):
+    def _design(self, poses: np.ndarray) -> np.ndarray:
         columns = [self.model.names.index(name) for name in self.names]
         return self.model.sensitivities(poses)[:, :3, columns].reshape(-1, len(self.names))

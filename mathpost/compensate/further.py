@@ -1,6 +1,10 @@
 """What readings leave open, in a sentence: which unknowns they cannot separate, and what would."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,10 +13,14 @@ from mathpost.compensate.model import SQUARENESS
 from mathpost.compensate.problem import Problem
 from mathpost.rotation import unit
 
+if TYPE_CHECKING:
+    from mathpost.compensate.readings import Readings
+    from mathpost.machine import Machine
+
 MORE = 200  # mm by which a ball or a tool is moved
 
 
-def reason(problem, name, expanded):
+def reason(problem: Problem, name: str, expanded: float) -> str:
     """Say why `name` is not determined, what would determine it, and with which U it is taken for nothing."""
     taken = f"taken for 0 ± {1e6 * expanded:.0f} µrad, which is in U"
     others = problem.reasons.get(name) or []
@@ -24,12 +32,12 @@ def reason(problem, name, expanded):
     return f"these readings cannot separate {name} from {from_what}.{advice} It is {taken}"
 
 
-def _separates(problem, blocks, name):
+def _separates(problem: Problem, blocks: list[Readings], name: str) -> bool:
     more = Problem(problem.machine, [*problem.blocks, *blocks], problem.tables)
     return name not in more.reasons
 
 
-def _candidates(problem):
+def _candidates(problem: Problem) -> Iterator[tuple[str, list[Readings]]]:
     """Words, and the files of readings that would come to those that there are."""
     machine = problem.machine
     blocks = [each for each in problem.blocks if each.method not in ("dial", "tip", "ballbar")]
@@ -44,7 +52,7 @@ def _candidates(problem):
         yield f"read with {rotary.name} at other angles", [_moved(each, machine, turned=turned) for each in blocks]
 
 
-def _all_three(block):
+def _all_three(block: Readings) -> Readings:
     """The poses of a file, read along X, Y and Z."""
     count = len(block.value)
     return replace(
@@ -60,7 +68,10 @@ def _all_three(block):
     )
 
 
-def _moved(block, machine, target=0.0, length=0.0, turned=0.0):
+def _moved(
+    block: Readings, machine: Machine, target: np.ndarray | float = 0.0, length: float = 0.0,
+    turned: np.ndarray | float = 0.0,
+) -> Readings:  # fmt: skip
     """The readings of a file with the ball, the tool or an axis elsewhere."""
     place, tool = block.target + target, block.length + length
     joints = held(machine, place, block.joints[:, 3:] + turned, tool)[0]

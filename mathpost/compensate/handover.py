@@ -1,5 +1,6 @@
 """A calibration as files: the machine, its errors, tables of controls, and `terms` of what goes where."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,9 @@ from mathpost.machine import find
 from mathpost.toml_table import read_toml
 
 
-def write(calibration: Calibration, path: str | Path, folder: Path, inputs=()) -> list[Path]:
+def write(
+    calibration: Calibration, path: str | Path, folder: Path, inputs: Iterable[Path | str] = ()
+) -> list[Path]:
     """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
     `path` is the machine file that was calibrated, or the name of one that comes with the package. `folder`, a
@@ -36,7 +39,7 @@ def write(calibration: Calibration, path: str | Path, folder: Path, inputs=()) -
     return [folder / name for name in files]
 
 
-def _doubted(calibration, mark):
+def _doubted(calibration: Calibration, mark: str) -> str:
     """Comments that say why the readings do not fit; nothing if they do."""
     said = "ACCEPTED ALTHOUGH THE READINGS DO NOT FIT:"
     return "".join(f"{mark} {line}\n" for line in (said, *calibration.doubts)) if calibration.doubts else ""
@@ -56,7 +59,7 @@ def machine_file(calibration: Calibration, path: str | Path) -> str:
     return tomlkit.dumps(content)
 
 
-def _replace(table, key, vector):
+def _replace(table: tomlkit.items.Table, key: str, vector: Iterable[float]) -> None:
     """Put a vector in the place of the one that is there, whose comment stays."""
     if key in table and list(table[key]) == list(vector):
         return
@@ -76,9 +79,9 @@ def error_files(calibration: Calibration) -> dict[str, str]:
         name = machine.joint_names[each.joint]
         entry = {"joint": name, "file": f"errors_{name.lower()}.csv"}
         tables.append(entry | ({"endless": True} if each.endless else {}))
-        found = columns(machine, each)
-        rows = np.column_stack([each.at, *found.values()])
-        lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *found])]
+        errors = columns(machine, each)
+        rows = np.column_stack([each.at, *errors.values()])
+        lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *errors])]
         lines += [",".join(f"{number:.6f}" for number in row) for row in rows]
         files[entry["file"]] = "\n".join(lines) + "\n"
     content = tomlkit.document()

@@ -1,5 +1,6 @@
 """Where RTCP holds a tool, and where the tool of a machine as it is stands: the chain, its numbers unknown."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -14,7 +15,9 @@ from mathpost.machine import ENDLESS, Linear, Machine
 from mathpost.rotation import unit
 
 
-def held(machine, target, angles, length):
+def held(
+    machine: Machine, target: np.ndarray, angles: np.ndarray, length: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the joints, (n, 5), with which RTCP holds the tip on `target`, and the turns machine_from_workpiece.
 
     `target` is (n, 3) in the workpiece, `angles` (n, 2) radians, `length` (n,).
@@ -24,7 +27,9 @@ def held(machine, target, angles, length):
     return np.column_stack([np.einsum("nij,nj->ni", turn, target - zero), angles]), turn
 
 
-def tips(machine, joints, length, real=None):
+def tips(
+    machine: Machine, joints: np.ndarray, length: np.ndarray, real: Machine | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the tip in the workpiece, (n, 3), with tools of any `length`, (n,), and its derivatives, (n, 3, 26).
 
     They are by the `joints`, by the 18 numbers of `geometry` and by the point that X Y Z name. `real` is the
@@ -39,14 +44,14 @@ def tips(machine, joints, length, real=None):
     return tip[..., 0], derivatives
 
 
-def geometry(machine):
+def geometry(machine: Machine) -> np.ndarray:
     """The axes and points, origin and tool axis of a machine: 18 numbers."""
     axes, points = [unit(each.axis) for each in machine.rotary], [each.point for each in machine.rotary]
     return np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis)])
 
 
 @lru_cache(maxsize=32)
-def _compiled(machine):
+def _compiled(machine: Machine) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
     kin = Kinematics(machine)
     *numbers, length = (each for each in chain.Geometry.symbols(machine).flat() if each.is_Symbol)
     arguments = (*kin.symbols, *numbers, length)
@@ -56,4 +61,7 @@ def _compiled(machine):
         own = [chain.product((link.matrix.diff(each), tip)) for each in arguments[:-1]]
         slopes = chain.product((link.matrix, slopes)) + sp.Matrix.hstack(*own)
         tip = chain.product((link.matrix, tip))
-    return tuple(numeric(sp.ImmutableMatrix(each[:3, :]), arguments) for each in (tip, slopes))
+    return (
+        numeric(sp.ImmutableMatrix(tip[:3, :]), arguments),
+        numeric(sp.ImmutableMatrix(slopes[:3, :]), arguments),
+    )

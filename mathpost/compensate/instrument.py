@@ -15,13 +15,21 @@ more of one ball at each pose, without TCP, are its centre there: method probe. 
 manual of the iTNC 530, 340 49x-05, page 464) and that of Siemens' CYCLE996 hold what the control found.
 """
 
+from __future__ import annotations
+
 import re
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.measure import csv_table
 from mathpost.measure.fit import least_squares
+
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
+    from mathpost.measure.csv_table import Lines, Table
 
 FOREIGN = {
     r"TCHPR\w*|KinematicsOpt": "a log of KinematicsOpt holds the control's results: probe the ball, method probe",
@@ -33,7 +41,7 @@ LEAST = 4  # touches of a ball at one pose that give its centre
 MOST = 200  # poses of a log
 
 
-def read(lines, machine, said):
+def read(lines: Lines, machine: Machine, said: dict[str, str]) -> Table | None:
     """Return the `csv_table.Lines` of an instrument's file as a `csv_table.Table`; None if they are a table.
 
     `said` are the settings of the file and of the call.
@@ -50,7 +58,7 @@ def read(lines, machine, said):
     return None
 
 
-def _nine(text):
+def _nine(text: str) -> list[float]:
     """The nine numbers of a line, or none."""
     words = text.split(None, 9)
     try:
@@ -60,7 +68,7 @@ def _nine(text):
     return numbers if len(numbers) == 9 and np.isfinite(numbers).all() else []
 
 
-def _touches(lines, machine, start):
+def _touches(lines: Lines, machine: Machine, start: str | None) -> Table:
     """The centre of a ball at each pose from the touches of LinuxCNC's log: all have one radius."""
     rows = np.array([_nine(text) for _, text in lines.lines])
     axes = [each.name for each in machine.rotary if each.name in "ABC"]
@@ -76,7 +84,7 @@ def _touches(lines, machine, start):
         said = f"{counts[few[0]]} at {' '.join(f'{x:g}' for x in poses[few[0]])}"
         raise InputError(f"{lines.path}, line {number}", f"{LEAST} touches of a ball or more at each A B C", said)
 
-    def distances(x):
+    def distances(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far each touch is from its pose's centre less the radius, and the derivatives."""
         away = rows[:, :3] - x[:-1].reshape(-1, 3)[pose]
         far = np.linalg.norm(away, axis=1)
@@ -104,7 +112,7 @@ def _touches(lines, machine, start):
     return table
 
 
-def _rtl(lines, machine):
+def _rtl(lines: Lines, machine: Machine) -> Table:
     """Runs as columns up1, down1, …: the direction of a run is that of its targets."""
     said, targets, readings, section = {}, [], [], ""
     for number, text in lines.lines:
@@ -147,7 +155,7 @@ def _rtl(lines, machine):
     return table
 
 
-def _number(word, path, line, expected):
+def _number(word: str, path: Path | str, line: int, expected: str) -> float:
     try:
         return float(word)
     except ValueError:

@@ -31,13 +31,18 @@ Positions of slides are machine coordinates: the programmed X Y Z plus the machi
 taken to be where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
 """
 
+from __future__ import annotations
+
 import hashlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost import chain
 from mathpost.errors import InputError, as_array
@@ -47,13 +52,17 @@ from mathpost.measure import csv_table, spline
 from mathpost.rotation import ACTIVE, unit
 from mathpost.toml_table import TomlTable, a_number, only_if, read_toml, some_text
 
+if TYPE_CHECKING:
+    from mathpost.chain import Geometry, Link
+    from mathpost.measure.spline import Curve
+
 COMPONENTS = "XYZABC"
 SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")
 GREATEST = {"um": 5000, "urad": 20000}  # more than this is another unit, or no machine
 MARGIN = 0.1  # mm or degrees by which a corrected joint may leave its table
 
 
-def error_names(machine):
+def error_names(machine: Machine) -> tuple[str, ...]:
     """Names of the 33 errors: six for each joint in joint order, then squareness."""
     return (*(f"E{component}{joint}" for joint in machine.joint_names for component in COMPONENTS), *SQUARENESS)
 
@@ -76,15 +85,15 @@ class ErrorModel:
     [      0]])
     """
 
-    def __init__(self, machine):
+    def __init__(self, machine: Machine) -> None:
         self.machine = machine
         self.names = error_names(machine)
         self.joints = chain.joint_symbols(machine)
         self.errors = sp.symbols(self.names, real=True)
         self.symbol = dict(zip(self.names, self.errors, strict=True))
-        self._compiled = {}
+        self._compiled: dict[tuple[str, ...], Callable[..., np.ndarray]] = {}
 
-    def links(self):
+    def links(self) -> list[Link]:
         """Return the chain from the workpiece to the tool as a list of `mathpost.chain.Link`."""
         data = chain.Geometry.numbers(self.machine)
         ideal = {link.name: link for link in chain.links(self.machine)}
@@ -102,20 +111,20 @@ class ErrorModel:
         programmed = chain.Link("programmed", chain.homogeneous(sp.eye(3), -data.programmed_point))
         return [ideal["workpiece"], *tables, *slides, programmed, *heads, ideal["tool"]]
 
-    def _slide(self, name, data):
+    def _slide(self, name: str, data: Geometry) -> Link:
         """Travel along a path that squareness errors turn: a workpiece slide runs the other way, backwards."""
         index = "XYZ".index(name)
         turned = sp.Matrix([self.symbol.get(f"E{axis}0{name}", 0) for axis in "ABC"])
         path = sp.eye(3)[:, index] + turned.cross(sp.eye(3)[:, index])
         return chain.Link(name, chain.homogeneous(sp.eye(3), (data.origin[index] + self.joints[index]) * path))
 
-    def _error(self, name, point=None, inverse=False):
+    def _error(self, name: str, point: sp.Matrix | None = None, inverse: bool = False) -> Link:
         """The error frame of a joint at `point`; of a slide, at the place that the slide itself has carried."""
         six, point = [self.symbol[f"E{c}{name}"] for c in COMPONENTS], point or sp.zeros(3, 1)
         return chain.Link(f"error {name}", error_frame(six, point, inverse))
 
     @cached_property
-    def _partial(self):
+    def _partial(self) -> tuple[list[Link], list[sp.Matrix], list[sp.Matrix]]:
         """The links, and the products of those before and behind each of them without errors."""
         links = self.links()
         matrices = [link.matrix.xreplace(dict.fromkeys(self.errors, 0)) for link in links]
@@ -126,7 +135,7 @@ class ErrorModel:
             behind.append(chain.product((matrix, behind[-1])))
         return links, before, behind[::-1]
 
-    def sensitivity(self, name):
+    def sensitivity(self, name: str) -> sp.Matrix:
         """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors: 6×1.
 
         The derivative of the chain is the derivative of the one link that holds the symbol, between the products of
@@ -142,7 +151,7 @@ class ErrorModel:
                 moved += chain.product((before[index], slope, behind[index + 1]))
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
-    def forward(self, joints, errors):
+    def forward(self, joints: ArrayLike, errors: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return tip and axis, shape (..., 3), of the pose that the real machine takes.
 
         `joints`, shape (..., 5), and `errors`, shape (..., 33) in the order of `names`, are mm and radians.
@@ -151,26 +160,26 @@ class ErrorModel:
         pose = self._forward(*np.moveaxis(joints, -1, 0), *np.moveaxis(errors, -1, 0))
         return pose[..., :3], pose[..., 3:]
 
-    def jacobian(self, joints):
+    def jacobian(self, joints: ArrayLike) -> np.ndarray:
         """Return d(tip, axis)/d(joints) of the ideal machine, shape (..., 6, 5), at `joints` in radians."""
         return self._derivatives(joints, self.machine.joint_names)
 
-    def sensitivities(self, joints):
+    def sensitivities(self, joints: ArrayLike) -> np.ndarray:
         """Return d(tip, axis)/d(errors) of the ideal machine, shape (..., 6, 33), at `joints` in radians."""
         return self._derivatives(joints, self.names)
 
     @cached_property
-    def _forward(self):
+    def _forward(self) -> Callable[..., np.ndarray]:
         matrix = chain.product(link.matrix for link in self.links())
         return numeric((*matrix[:3, 3], *matrix[:3, 2]), (*self.joints, *self.errors))
 
-    def _derivatives(self, joints, names):
+    def _derivatives(self, joints: ArrayLike, names: tuple[str, ...]) -> np.ndarray:
         if names not in self._compiled:
             self._compiled[names] = numeric(sp.ImmutableMatrix.hstack(*map(self.sensitivity, names)), self.joints)
         return self._compiled[names](*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
 
 
-def error_frame(errors, point, inverse=False):
+def error_frame(errors: Sequence[sp.Symbol], point: sp.Matrix, inverse: bool = False) -> sp.Matrix:
     """The 4×4 matrix of six errors about `point`: displacement, and the exact turn Rz·Ry·Rx, not its skew form."""
     *displacement, roll, pitch, yaw = errors
     turned = ACTIVE["Z"](yaw) * ACTIVE["Y"](pitch) * ACTIVE["X"](roll)
@@ -184,14 +193,16 @@ class MachineErrors:
 
     machine: Machine
     constant: np.ndarray  # shape (33,), in the order of `error_names`, mm and radians
-    curves: tuple = ()  # pairs: an error's index, and its table in µm or µrad over the position of its joint
+    curves: tuple[
+        tuple[int, Curve], ...
+    ] = ()  # pairs: an error's index, and its table in µm or µrad over the position of its joint
     drift: np.ndarray | float = 0.0  # added to `constant` since the calibration, by heat for instance
 
-    def at(self, joints):
+    def at(self, joints: ArrayLike) -> np.ndarray:
         """Return all errors at `joints`, shape (..., 5) in mm and radians, as shape (..., 33)."""
         return self.constant + self.varying(joints)
 
-    def varying(self, joints):
+    def varying(self, joints: ArrayLike) -> np.ndarray:
         """Return the second group alone: what tables and drift add; `ReachError` where that was not measured."""
         joints = as_array(joints, 5, "joints")
         errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
@@ -202,19 +213,19 @@ class MachineErrors:
         return errors
 
 
-def table_position(machine, joints, joint):
+def table_position(machine: Machine, joints: np.ndarray, joint: int) -> np.ndarray:
     """Where a joint stands, as a table over its position has it: degrees, or mm in machine coordinates."""
     return np.rad2deg(joints[..., joint]) if joint > 2 else joints[..., joint] + machine.origin[joint]
 
 
-def named_point(machine, length):
+def named_point(machine: Machine, length: ArrayLike) -> np.ndarray:
     """The point of the head that X Y Z name, at rotary zero, mm from the nose, (..., 3), with tools of `length`."""
     if machine.programmed_point == "tip":
         return -np.multiply.outer(length, unit(machine.tool_axis))
     return np.zeros(3) if machine.programmed_point == "nose" else np.array(machine.programmed_point)
 
 
-def constant_errors(machine, errors):
+def constant_errors(machine: Machine, errors: Mapping[str, float]) -> MachineErrors:
     """Return `MachineErrors` with the given constants: a dict of name to mm or radians, all others 0."""
     known = error_names(machine)
     for name in errors:
@@ -223,7 +234,7 @@ def constant_errors(machine, errors):
     return MachineErrors(machine, as_array([errors.get(name, 0) for name in known], len(known), "errors"))
 
 
-def fingerprint(machine):
+def fingerprint(machine: Machine) -> str:
     """Return a word for the geometry of a machine: its axes, pivots and offsets; not its travel, rates or set-up.
 
     Errors count from this geometry. They are wrong on a machine file that has them in it already, or not yet.
@@ -243,7 +254,7 @@ def fingerprint(machine):
     return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:12]
 
 
-def read_errors(path, machine):
+def read_errors(path: Path | str, machine: Machine) -> MachineErrors:
     """Read the errors of `machine` from a TOML file, as `MachineErrors`.
 
     `InputError` if a file cannot be read, is for a machine with another `fingerprint`, a key or a column is missing
@@ -271,7 +282,7 @@ def read_errors(path, machine):
     return MachineErrors(machine, values, tuple(curves))
 
 
-def _table(entry, path, machine):
+def _table(entry: TomlTable, path: Path | str, machine: Machine) -> list[tuple[int, Curve]]:
     """Read one [[table]] and the CSV file that it names: pairs of an error's index and its curve."""
     joints = machine.joint_names
     joint = entry.take("joint", joints.index, f"one of {', '.join(joints)}")
@@ -305,6 +316,6 @@ def _table(entry, path, machine):
     return curves
 
 
-def _unit(index):
+def _unit(index: int) -> tuple[str, float]:
     """An error's unit in a file and its size: displacements are µm, rotations and squareness, which ends, µrad."""
     return ("um", 1e-3) if index < 30 and index % 6 < 3 else ("urad", 1e-6)

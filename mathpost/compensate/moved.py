@@ -1,6 +1,9 @@
 """A machine with other axes, points and spindle: what `calibrate` seeks, by name, put into a machine file."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,15 +12,18 @@ from mathpost.errors import InputError
 from mathpost.measure import rotary_axis
 from mathpost.rotation import unit
 
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
 
-def unknowns(machine):
+
+def unknowns(machine: Machine) -> list[str]:
     """Return the names of the geometry's unknowns, those first that are given up last."""
     first, second = (rotary_axis.location_errors(each)[0] for each in machine.rotary)
     spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
     return [*first[:2], *second[:2], *first[2:], *second[2:], *spindle, *SQUARENESS]
 
 
-def corrected(machine, values):
+def corrected(machine: Machine, values: dict[str, float]) -> Machine:
     """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file.
 
     Machine coordinates are those at which the tip of the machine's tool is displayed at rotary zero: if the spindle
@@ -35,7 +41,7 @@ def corrected(machine, values):
     return replace(found, rotary=tuple(tables), programmed_point=named)
 
 
-def moved(machine, values):
+def moved(machine: Machine, values: dict[str, float]) -> Machine:
     """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
     names = unknowns(machine)
     for name in set(values) - set(names):

@@ -1,10 +1,19 @@
 """The positioning error of one joint from a laser or an autocollimator: runs after ISO 230-2, and their means."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.measure import spline
+
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
+    from mathpost.measure.csv_table import Table
+    from mathpost.measure.spline import Curve
 
 LARGEST = 5  # mm: of a deviation
 SMALLEST = 0.05  # arcsec or µm: deviations that are all smaller were given in another unit
@@ -24,19 +33,17 @@ class Positioning:
     freedom: float  # degrees of freedom of the deviations
     endless: bool
     reversal: float  # B of ISO 230-2, the largest difference of both directions
-    closure: float = (
-        0.0  # by which it had changed when the axis came round to the same place, 0 if that was not read
-    )
+    closure: float = 0.0  # by which it had changed when the axis came round to the same place; 0: not read
     scatter: float = np.nan  # standard deviation of one reading
-    notes: tuple = ()  # sentences on the file
-    doubts: tuple = ()  # and on what is wrong with it
+    notes: tuple[str, ...] = ()  # sentences on the file
+    doubts: tuple[str, ...] = ()  # and on what is wrong with it
 
-    def curve(self, values):
+    def curve(self, values: np.ndarray) -> Curve:
         """The spline through `values`, shape (targets, ...), as `mathpost.measure.spline.Curve`."""
         return spline.through_all(spline.Points(self.at, values, 360.0 if self.endless else None))
 
 
-def positioning(table, machine):
+def positioning(table: Table, machine: Machine) -> Positioning:
     """Bring runs of one axis to `Positioning`: the mean of both directions at each target."""
     axis = table.choice("axis", {name: n for n, name in enumerate(machine.joint_names)})
     name, rotary = machine.joint_names[axis], axis > 2
@@ -58,7 +65,8 @@ def positioning(table, machine):
     if "reading" in columns and np.ptp(at):  # rows as they were taken: the direction is that in which the axis came
         sides[:] = np.sign(np.diff(at, prepend=2 * at[0] - at[1]))[:, None]
     endless = bool(rotary and np.isinf(machine.rotary[axis - 3].limits[0]) and np.ptp(at) > 270)
-    runs, turns = {}, {}
+    runs: dict[float, dict[float, list[float]]] = {}  # by target and side
+    turns: dict[float, dict[float, list[float]]] = {}  # by target and position
     for position, row, came in zip(at, values, sides, strict=True):
         target = float(np.round(position % 360 if endless else position, 6))
         for value, side in zip(row, came, strict=True):
@@ -94,7 +102,7 @@ def positioning(table, machine):
     )
 
 
-def _targets(table, machine, axis, place):
+def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarray:
     """The targets in degrees, or in mm of machine coordinates; those outside the travel are refused."""
     at, name = table[place], machine.joint_names[axis]
     low, high = [*machine.linear, *machine.rotary][axis].limits
@@ -114,7 +122,9 @@ def _targets(table, machine, axis, place):
     return at
 
 
-def _closure(turns, sigma, unit, name):
+def _closure(
+    turns: dict[float, dict[float, list[float]]], sigma: float, unit: str, name: str
+) -> tuple[float, tuple[str, ...]]:
     """By how much an error had changed when the axis came round, and the doubt that this raises."""
     size = np.degrees(3600) if unit == "arcsec" else 1e3
     around = [[np.mean(each) for _, each in sorted(found.items())] for found in turns.values() if len(found) > 1]
@@ -126,7 +136,9 @@ def _closure(turns, sigma, unit, name):
     return float(closure), (f"{said} (readings scatter by {size * sigma:.2f}): warm it up, and measure again",)
 
 
-def scatter(table, groups, size, repeated):
+def scatter(
+    table: Table, groups: Collection[Sequence[float] | np.ndarray], size: float, repeated: str
+) -> tuple[float, float]:
     """The standard deviation of a reading and its degrees of freedom: stated in units of `size`, or of repeats."""
     stated = stated_sigma(table, size)
     if not np.isnan(stated):
@@ -137,7 +149,7 @@ def scatter(table, groups, size, repeated):
     return max(np.sqrt(sum(np.var(each) * len(each) for each in groups) / freedom), ROUNDING), freedom
 
 
-def stated_sigma(table, size):
+def stated_sigma(table: Table, size: float) -> float:
     """The stated standard deviation of a reading, in units of `size`; NaN if the file does not say it."""
     (sigma,) = table.numbers("sigma", 1) if "sigma" in table.settings else [np.nan]
     if sigma <= 0:

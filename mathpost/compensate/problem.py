@@ -6,9 +6,13 @@ rest, with a reading of its own: nothing ± a standard uncertainty, [unmeasured]
 Where the readings determine it, they overrule that; where they do not, it is in the uncertainty of all the rest.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -16,11 +20,15 @@ import scipy
 from mathpost.compensate import held
 from mathpost.compensate.model import SQUARENESS, table_position
 from mathpost.compensate.moved import moved, unknowns
-from mathpost.compensate.positioning import ROUNDING
+from mathpost.compensate.positioning import ROUNDING, Positioning
 from mathpost.errors import InputError
 from mathpost.files import data_file
 from mathpost.measure.fit import least_squares
 from mathpost.toml_table import read_toml
+
+if TYPE_CHECKING:
+    from mathpost.compensate.readings import Readings
+    from mathpost.machine import Machine
 
 DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
 NOTHING = 1e-9  # length of a column without a trace of its unknown
@@ -31,7 +39,7 @@ DETERMINED = 0.5  # of the uncertainty from before anything was read: readings t
 
 
 @lru_cache(maxsize=1)
-def unmeasured():
+def unmeasured() -> dict[str, np.ndarray]:
     """The standard uncertainties of what nobody measured: mm and radians, by name."""
     content = read_toml(data_file("measurements/methods.toml"))["unmeasured"]
     size = {"squareness": 1e-6, "tilt": 1e-6, "rotary": np.deg2rad(1 / 3600), "slide": 1e-6, "drift": 1e-3}
@@ -43,18 +51,18 @@ class Unmeasured:
     """The positioning error of a joint without a table: `shape` takes positions, (n,), to shares, (n, terms)."""
 
     joint: int
-    shape: object
+    shape: Callable[[np.ndarray], np.ndarray]
     sigma: np.ndarray  # standard uncertainty of each term, radians or mm
 
     @classmethod
-    def of(cls, joint):
+    def of(cls, joint: int) -> Unmeasured:
         """Harmonics of a rotary joint, nothing at zero; the scale of a slide."""
         if joint < 3:
             return cls(joint, lambda at: np.asarray(at)[:, None], np.atleast_1d(unmeasured()["slide"]))
         size = unmeasured()["rotary"]
         orders = np.arange(1, len(size) + 1)
 
-        def shape(at):
+        def shape(at: np.ndarray) -> np.ndarray:
             angle = np.deg2rad(at)[:, None] * orders
             return np.hstack([np.sin(angle), np.cos(angle) - 1])
 
@@ -66,21 +74,21 @@ class Solution:
     """One least-squares estimate; `kept` are the indices of the unknowns that were sought."""
 
     x: np.ndarray  # all unknowns
-    kept: list
+    kept: list[int]
     covariance: np.ndarray  # of those kept
     rows: np.ndarray  # weighted derivatives by these: of the readings, then of what was known before
     residuals: np.ndarray  # of the readings
     sigmas: np.ndarray
-    freedom: list  # of the noise of each source
+    freedom: list[float]  # of the noise of each source
     bias: np.ndarray | float = 0.0  # what the estimate moves by one standard uncertainty of each error left out
 
     @property
-    def whole(self):
+    def whole(self) -> np.ndarray:
         """The covariance of the unknowns kept, with that of the errors that were left out."""
         return self.covariance + np.dot(self.bias, np.transpose(self.bias))
 
     @property
-    def spare(self):
+    def spare(self) -> np.ndarray:
         """How much of each reading the estimate leaves free, 0 to 1."""
         rows = self.rows[: len(self.residuals)]
         return 1 - np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
@@ -93,9 +101,10 @@ class Problem:
     measured, three drifts for each file, and each ball's place and zero.
     """
 
-    def __init__(self, machine, blocks, tables):
+    def __init__(self, machine: Machine, blocks: list[Readings], tables: list[Positioning]) -> None:
         self.machine, self.blocks, self.tables = machine, blocks, tables
-        self.names, self.sources = unknowns(machine), [*blocks, *tables]
+        self.names = unknowns(machine)
+        self.sources: list[Readings | Positioning] = [*blocks, *tables]
         seen = {each.joint for each in tables}
         moving = [n for n in range(5) if any(np.ptp(each.joints[:, n]) > 0 for each in blocks)]
         self.effects = [Unmeasured.of(n) for n in moving if n not in seen]
@@ -122,7 +131,7 @@ class Problem:
         self.reasons, self.told = self._told_apart()
         self.prior = self._prior()
 
-    def _prior(self):
+    def _prior(self) -> np.ndarray:
         """The standard uncertainty of each unknown that has one before anything is read; infinite for others."""
         given, prior = unmeasured(), np.full(self.count, np.inf)
         for index, name in enumerate(self.names):
@@ -136,20 +145,23 @@ class Problem:
             prior[own] = given["drift"]
         return prior
 
-    def solve(self):
+    def solve(self) -> tuple[Solution, dict[str, float]]:
         """Return the `Solution`, and what it shows of what nobody measured: sizes by name, see `_shown`.
 
         First everything is taken for measured. If the readings speak against that, the errors that nobody measured
         are sought and have their part in the noise. If not, they widen the uncertainty, by what the readings leave
         of them.
         """
-        given = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in self.sources]
-        given = np.concatenate(given)
+        sigmas = (np.nan_to_num(each.sigma, nan=1e-3) for each in self.sources)
+        given = np.concatenate(
+            [np.broadcast_to(sigma, len(each.value)) for sigma, each in zip(sigmas, self.sources, strict=True)]
+        )
         start = self._exact(self._sought(), given, np.zeros(self.count))
-        self.linear = start, *self.predict(range(self.count), start)
-        plain = noise = self._noise(self._sought(), given)
-        if noise is None:
-            self._refuse_few(self._sought(), given)
+        self.linear = start, *self.predict(self.all, start)
+        plain = self._noise(self._sought(), given)
+        if plain is None:
+            raise self._too_few(self._sought(), given)
+        noise = plain
         for more in (self._sought(effects=True), self._sought(drift=True), self._sought(effects=True, drift=True)):
             found = self._noise(more, given)
             if found is not None and self._speaks_for(found, noise):
@@ -160,17 +172,17 @@ class Problem:
         found = self._with_bias(noise, others)
         self.about = {name: 0.0 if self.determined(found, name) else at for name, at in self.about.items()}
         x = self._exact(sought, noise.sigmas, found.x)
-        self.linear = x, *self.predict(range(self.count), x)
+        self.linear = x, *self.predict(self.all, x)
         found = self._with_bias(self._estimate(sought, noise.sigmas, noise.freedom), others)
         return found, {} if noise is plain else self._shown(found)
 
-    def _with_bias(self, found, others):
+    def _with_bias(self, found: Solution, others: list[int]) -> Solution:
         """The estimate with what the unknowns `others`, taken for nothing, may have moved it by."""
         rows = found.rows[: len(found.sigmas)]
         moved = self.linear[2][:, others] * self.prior[others] / found.sigmas[:, None]
         return replace(found, bias=found.covariance @ (rows.T @ moved))
 
-    def determined(self, found, name):
+    def determined(self, found: Solution, name: str) -> bool:
         """Whether the readings, not what was assumed, say what an unknown of the geometry is."""
         index = self.names.index(name)
         if index not in found.kept:
@@ -178,19 +190,19 @@ class Problem:
         deviation = np.sqrt(found.whole[(found.kept.index(index),) * 2])
         return bool(deviation <= DETERMINED * self.prior[index])
 
-    def _sought(self, effects=False, drift=False):
+    def _sought(self, effects: bool = False, drift: bool = False) -> list[int]:
         """Indices of the unknowns that are sought."""
         left_out = set() if effects else {n for own in self.terms for n in range(own.start, own.stop)}
         left_out |= set() if drift else {n for own in self.drifts for n in range(own.start, own.stop)}
         return [n for n in range(self.count) if n in self.told and n not in left_out]
 
-    def _exact(self, kept, sigmas, start):
+    def _exact(self, kept: list[int], sigmas: np.ndarray, start: np.ndarray) -> np.ndarray:
         """All unknowns by Gauss and Newton, the noise known."""
         known = [n for n, index in enumerate(kept) if np.isfinite(self.prior[index])]
         observed = np.concatenate([self.observed, np.zeros(len(known))])
         weights = np.concatenate([sigmas, self.prior[kept][known]])
 
-        def evaluate(x):
+        def evaluate(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             full = np.zeros(self.count)
             full[kept] = x
             predicted, derivatives = self.predict(kept, full)
@@ -200,7 +212,7 @@ class Problem:
         full[kept] = least_squares(evaluate, observed, weights, start[kept], self.sources[0].where)[0]
         return full
 
-    def _estimate(self, kept, sigmas, freedom):
+    def _estimate(self, kept: list[int], sigmas: np.ndarray, freedom: list[float]) -> Solution:
         """The `Solution` from the readings' derivatives at `linear`."""
         start, predicted, derivatives = self.linear
         known = np.isfinite(self.prior[kept])
@@ -217,7 +229,7 @@ class Problem:
         residuals = (left - rows @ step)[: len(sigmas)] * sigmas
         return Solution(x, kept, inverse @ inverse.T, rows, residuals, sigmas, freedom)
 
-    def _noise(self, kept, sigmas):
+    def _noise(self, kept: list[int], sigmas: np.ndarray) -> Solution | None:
         """The `Solution` whose noise was estimated with its unknowns, in turn; None if no reading is to spare."""
         freedom = [each.freedom for each in self.sources]
         for _ in range(100):
@@ -233,13 +245,13 @@ class Problem:
                 break
         return self._estimate(kept, sigmas, freedom)
 
-    def _refuse_few(self, kept, sigmas):
+    def _too_few(self, kept: list[int], sigmas: np.ndarray) -> InputError:
         spare = self._estimate(kept, sigmas, []).spare
         fewest = min(zip(self.blocks, self.rows, strict=False), key=lambda each: spare[each[1]].sum())[0]
         expected = "more readings than unknowns, or a line # sigma = deviation of a reading"
-        raise InputError(fewest.where, expected, f"{len(fewest.value)} readings, none to spare")
+        return InputError(fewest.where, expected, f"{len(fewest.value)} readings, none to spare")
 
-    def _shrink(self, kept, sigmas):
+    def _shrink(self, kept: list[int], sigmas: np.ndarray) -> None:
         """Take the unmeasured errors for as small as the readings show them, and no greater than was assumed.
 
         Each joint's terms have one factor, of greatest likelihood (EM algorithm): where the readings cannot see
@@ -257,7 +269,7 @@ class Problem:
             if np.allclose(before, self.prior, rtol=0.01):
                 break
 
-    def _speaks_for(self, more, less):
+    def _speaks_for(self, more: Solution, less: Solution) -> bool:
         """Whether the unknowns that `more` has beyond `less` explain more than chance would (F test)."""
         read = slice(0, self.rows[len(self.blocks) - 1].stop if self.blocks else 0)
         free = [float(each.spare[read].sum()) for each in (more, less)]
@@ -267,7 +279,7 @@ class Problem:
         ratio = (square[1] - square[0]) / (free[1] - free[0]) / (square[0] / free[0])
         return scipy.stats.f.sf(max(ratio, 0), free[1] - free[0], free[0]) < SHOWN
 
-    def _shown(self, found):
+    def _shown(self, found: Solution) -> dict[str, float]:
         """What of the unmeasured stands out of its uncertainty: its greatest size by name, mm or radians."""
         shown, full = {}, np.zeros((self.count, self.count))
         full[np.ix_(found.kept, found.kept)] = found.covariance
@@ -284,15 +296,18 @@ class Problem:
                 shown[block.where] = float(size[out].max())
         return shown
 
-    def _told_apart(self):
+    def _told_apart(self) -> tuple[dict[str, list[str] | None], set[int]]:
         """Which unknowns the readings tell from those before them: names to what they are not told from, indices.
 
         Where a ball stands and what the laser has seen come first, then the geometry in the order of `unknowns`.
         What has a reading of its own need not be told apart.
         """
-        matrix, geometry = self.predict(range(self.count), np.zeros(self.count))[1], len(self.names)
+        matrix, geometry = self.predict(self.all, np.zeros(self.count))[1], len(self.names)
         free = [n for own in (*self.entries, *self.places) for n in range(own.start, own.stop)]
-        kept, basis, reasons, told = [], np.empty((len(matrix), 0)), {}, set()
+        kept: list[int] = []
+        basis = np.empty((len(matrix), 0))
+        reasons: dict[str, list[str] | None] = {}
+        told: set[int] = set()
         for index in (*free, *range(geometry)):
             column = matrix[:, index]
             length, left = np.linalg.norm(column), column - basis @ (basis.T @ column)
@@ -315,7 +330,12 @@ class Problem:
         told |= {n for own in (*self.terms, *self.drifts) for n in range(own.start, own.stop) if traces[n]}
         return reasons, told
 
-    def predict(self, kept, x):
+    @property
+    def all(self) -> list[int]:
+        """Indices of all unknowns."""
+        return list(range(self.count))
+
+    def predict(self, kept: list[int], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The predicted readings, all unknowns being `x`, and their derivatives by those `kept`."""
         eye = np.eye(self.count)
         parts = [self._gaps(n, x) for n in range(len(self.blocks))]
@@ -323,7 +343,7 @@ class Problem:
         predicted, derivatives = map(np.concatenate, zip(*parts, strict=True))
         return predicted, derivatives[:, kept]
 
-    def _gaps(self, number, x):
+    def _gaps(self, number: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is read in a file; its derivatives by all unknowns."""
         block, place, drift = self.blocks[number], self.places[number].start, self.drifts[number]
         gaps, derivatives = self._along(block, block.joints, place, x)
@@ -337,7 +357,9 @@ class Problem:
         derivatives[:, drift] = block.order[:, None] * block.direction
         return gaps + derivatives[:, drift] @ x[drift], derivatives
 
-    def _along(self, block, joints, place, x):
+    def _along(
+        self, block: Readings, joints: np.ndarray, place: int, x: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
         values = dict(zip(self.names, x[self.geometry], strict=True))
         slides, actual, paths, shares = joints[:, :3] + self.machine.origin, joints.copy(), {}, []
@@ -348,8 +370,8 @@ class Problem:
         for each, weights, own in zip(self.tables, self.weights, self.entries, strict=True):
             position = table_position(self.machine, joints, each.joint)
             shares.append((each.joint, own, weights(position, where=each.where)))
-        for each, own in zip(self.effects, self.terms, strict=True):
-            shares.append((each.joint, own, each.shape(table_position(self.machine, joints, each.joint))))
+        for effect, own in zip(self.effects, self.terms, strict=True):
+            shares.append((effect.joint, own, effect.shape(table_position(self.machine, joints, effect.joint))))
         for joint, own, share in shares:
             actual[:, joint] += share @ x[own]
         tip, by = held.tips(self.machine, actual, block.length, moved(self.machine, values))
@@ -366,6 +388,6 @@ class Problem:
         return np.einsum("ni,ni->n", along, block.target + x[ball] - tip), derivatives
 
 
-def _slices(sizes):
+def _slices(sizes: Iterable[int]) -> list[slice]:
     """Slices of these sizes, one behind the other."""
     return [slice(*each) for each in pairwise(np.cumsum([0, *sizes]).tolist())]

@@ -6,22 +6,32 @@ direction. A line ``# start = X Y Z`` says from where their places count, if not
 prints a file for each method to fill in; the methods are in data/measurements/methods.toml.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mathpost.compensate import instrument
 from mathpost.compensate.gauge import bar
 from mathpost.compensate.held import held, tips
-from mathpost.compensate.positioning import positioning, stated_sigma
+from mathpost.compensate.positioning import Positioning, positioning, stated_sigma
 from mathpost.errors import InputError
 from mathpost.files import data_file
 from mathpost.measure import csv_table
 from mathpost.measure.angular_error import RUNS
+from mathpost.measure.fit import Value
 from mathpost.measure.rotary_axis import location_errors
 from mathpost.measure.words import measure
 from mathpost.rotation import unit
 from mathpost.toml_table import read_toml
+
+if TYPE_CHECKING:
+    from mathpost.machine import Machine, Rotary
+    from mathpost.measure.csv_table import Table
 
 LARGEST = 5  # mm: of a reading that is no position
 SMALL = 1e-6  # of a direction: what it has of one square to it
@@ -59,7 +69,10 @@ class Readings:
     doubts: tuple = ()  # and on what is wrong with it
 
 
-def template(method, machine):
+Read = Readings | Positioning | dict[str, Value]  # what a file holds; the last is a test bar's
+
+
+def template(method: str, machine: Machine) -> str:
     """Return a file to fill in, as text, with the names of the machine's own axes."""
     if method not in METHODS:
         raise InputError("method", f"one of {', '.join(METHODS)}", repr(method))
@@ -76,14 +89,16 @@ def template(method, machine):
     return "\n".join([*comments, _example(method, machine)])
 
 
-def _example(method, machine):
+def _example(method: str, machine: Machine) -> str:
     """The first lines of a file of `method`."""
     tables = [each.name for each in machine.rotary if each.carries == "workpiece"]
     axes = ",".join(rotary.name for rotary in machine.rotary)
     return METHODS[method]["example"].replace("{axes}", axes).replace("{table}", (tables or [axes[-1]])[-1])
 
 
-def read(path, machine, *, change=None, **settings):
+def read(
+    path: Path | str, machine: Machine, *, change: Callable[[Table], None] | None = None, **settings: Any
+) -> Read:
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
     `machine` is as the control believed it to be; `settings` are ``method``, ``unit``, ``axis`` and so on, where
@@ -116,12 +131,12 @@ def read(path, machine, *, change=None, **settings):
     _obey_places(table, set(table) - {*METHODS[method]["readings"], *RUNS})
     if method not in POSITIONING:
         return _readings(table, machine, method)
-    found = positioning(table, machine)
+    runs = positioning(table, machine)
     # With one reading in a row, forth and back may well read the same.
-    return replace(found, doubts=(*found.doubts, *_repeated(table))) if len(table) > 2 else found
+    return replace(runs, doubts=(*runs.doubts, *_repeated(table))) if len(table) > 2 else runs
 
 
-def _columns(method, machine):
+def _columns(method: str, machine: Machine) -> list[str]:
     """The columns that a file of `method` may have: its readings, what its template shows beside them, and more."""
     shown = _example(method, machine).split("\n")[0].split(",")
     axes = (*machine.joint_names, *RUNS) if method in POSITIONING else machine.joint_names[3:]
@@ -129,7 +144,7 @@ def _columns(method, machine):
     return list(dict.fromkeys([*METHODS[method]["readings"], *shown, *more, *axes, "run"]))
 
 
-def _obey_places(table, names):
+def _obey_places(table: Table, names: Collection[str]) -> None:
     """Bring all columns but the readings to mm and degrees; in a file in inches each must say its own unit."""
     inches = measure(table.settings.get("unit", "")) == measure("in")
     for name in sorted(set(names) & set("xyzRL") | set(names) & {"length", "at"}):
@@ -140,7 +155,7 @@ def _obey_places(table, names):
     table.obey_units(names)
 
 
-def _readings(table, machine, method):
+def _readings(table: Table, machine: Machine, method: str) -> Readings:
     """Bring a table of `method` to `Readings`."""
     tool, count = unit(machine.tool_axis), len(table.lines)
     columns = [name for name in METHODS[method]["readings"] if name in table]
@@ -150,7 +165,7 @@ def _readings(table, machine, method):
     angles = _angles(table, machine, method, axis)
     length = table["length"] if "length" in table else np.full(count, machine.tool_length)
     if "L" in table:
-        length = table["L"] - np.array(axis.point) @ tool
+        length = table["L"] - np.array(_needed(axis, table, machine).point) @ tool
     start = dict(zip("xyz", table.numbers("start", 3) if "start" in table.settings else np.zeros(3), strict=True))
     values = {}
     for name in columns:
@@ -161,10 +176,11 @@ def _readings(table, machine, method):
     target = np.zeros((count, 3))  # where the ball is believed to be, in the workpiece
     if method == "dial":  # where it looks at the ring with the axis at zero
         table.need("R", "a column R, the radius of the circle")
-        point, outwards = np.array(axis.point), location_errors(axis)[1][:, 0]
+        round_axis = _needed(axis, table, machine)
+        point, outwards = np.array(round_axis.point), location_errors(round_axis)[1][:, 0]
         target = point + table["R"][:, None] * outwards - machine.origin
         if "z" in table:
-            up = unit(axis.axis) * _sense(axis)
+            up = unit(round_axis.axis) * _sense(round_axis)
             target += (table["z"] - point @ up)[:, None] * up
     elif method in BALLS:
         table.need("xyz", "columns x, y, z of the ball, machine coordinates at rotary zero")
@@ -209,7 +225,7 @@ def _readings(table, machine, method):
     )
 
 
-def _check_travel(table, machine, joints, length, column):
+def _check_travel(table: Table, machine: Machine, joints: np.ndarray, length: np.ndarray, column: str) -> None:
     """Refuse poses at which a slide would stand outside its travel; of a file without x y z, in `column`.
 
     Where only tables turn, the tool's length matters to nothing else: if the file does not state it, travel along
@@ -233,24 +249,27 @@ def _check_travel(table, machine, joints, length, column):
             raise InputError(where, expected, f"{name} {stands:.10g}")
 
 
-def _directions(table, machine, method, columns, axis, target, turn):
+def _directions(
+    table: Table, machine: Machine, method: str, columns: list[str], axis: Rotary | None, target: np.ndarray,
+    turn: np.ndarray,
+) -> dict[str, np.ndarray]:  # fmt: skip
     """The direction, (3,) or (rows, 3), along which each column reads how far the ball stands from the tool."""
     directions = {name: np.eye(3)["xyz".index(name[-1])] for name in columns if name[-1] in "xyz"}
     if method == "dial":
-        directions["dial"] = -turn @ location_errors(axis)[1][:, 0]
+        directions["dial"] = -turn @ location_errors(_needed(axis, table, machine))[1][:, 0]
     elif method == "ballbar":
         along = unit(target + machine.origin - table.numbers("centre", 3), f"{table.header}, x y z minus centre")
         directions["bar"] = -np.einsum("nij,nj->ni", turn, along)
     elif method == "sensor":  # the tool minus the nest, and along the table's axes
         directions = {name: -turn @ each for name, each in directions.items()}
     elif method == "tip":
-        tool = unit(machine.tool_axis)
-        directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
+        tool, across = unit(machine.tool_axis), unit(_needed(axis, table, machine).axis)
+        directions |= {"axial": tool, "lateral": np.cross(tool, across)}
         directions = {name: -directions[name] for name in columns}
     return directions
 
 
-def _repeated(table):
+def _repeated(table: Table) -> tuple[str, ...]:
     """The doubt that rows which are the same to the last digit raise."""
     rows = np.column_stack([table[name] for name in table])
     _, first = np.unique(rows, axis=0, return_index=True)
@@ -262,9 +281,9 @@ def _repeated(table):
     return (f"{table.path}: {said}, {copied}",)
 
 
-def copied(blocks):
+def copied(blocks: Sequence[Readings]) -> Iterator[str]:
     """Yield the doubt that a file raises whose readings stand, every one, in a file before it."""
-    seen = {}
+    seen: dict[str, set[tuple[float, ...]]] = {}
     for block in blocks:
         rows = np.column_stack([block.joints, block.target, block.direction, block.value]).tolist()
         for where, others in seen.items():
@@ -273,7 +292,7 @@ def copied(blocks):
         seen[block.where] = set(map(tuple, rows))
 
 
-def _axis(table, machine, method):
+def _axis(table: Table, machine: Machine, method: str) -> Rotary | None:
     """The rotary axis that the file is about, or None if it does not say; a column angle needs it."""
     rotary = {each.name: each for each in machine.rotary}
     columns = [name for name in rotary if name in table]
@@ -288,10 +307,15 @@ def _axis(table, machine, method):
     return axis
 
 
-def _angles(table, machine, method, axis):
+def _needed(axis: Rotary | None, table: Table, machine: Machine) -> Rotary:
+    """The rotary axis that the file is about, which it has to say."""
+    return table.choice("axis", {each.name: each for each in machine.rotary}) if axis is None else axis
+
+
+def _angles(table: Table, machine: Machine, method: str, axis: Rotary | None) -> np.ndarray:
     """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned stood at 0."""
     columns = [(n, each.name) for n, each in enumerate(machine.rotary) if each.name in table]
-    columns += [(machine.rotary.index(axis), "angle")] if "angle" in table else []
+    columns += [(machine.rotary.index(_needed(axis, table, machine)), "angle")] if "angle" in table else []
     if len(dict(columns)) < max(1, len(columns)):
         table.refuse("the rotary angles under their axes' names, or under angle", ", ".join(table))
     angles = np.zeros((len(table.lines), 2))
@@ -300,7 +324,7 @@ def _angles(table, machine, method, axis):
         turned = np.deg2rad(table[name])
         if (method, name) == ("dial", "angle"):
             # On a dial's circle `angle` counts from +X towards +Y, whichever way the table turns.
-            turned *= _sense(axis)
+            turned *= _sense(_needed(axis, table, machine))
         else:
             (low, high), letter = np.degrees(machine.rotary[n].limits), machine.rotary[n].name
             expected = f"degrees within the travel of {letter}, {low:g} … {high:g}, as the control shows them"
@@ -309,6 +333,6 @@ def _angles(table, machine, method, axis):
     return angles
 
 
-def _sense(axis):
+def _sense(axis: Rotary) -> float:
     """−1 if a rotary axis points mostly against one of the machine's, else 1."""
     return np.sign(max(axis.axis, key=abs))

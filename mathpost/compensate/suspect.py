@@ -1,16 +1,29 @@
 """Why readings do not fit: a sign, two columns exchanged, another unit, another method; sought by trying them."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.readings import METHODS
+from mathpost.compensate.readings import METHODS, Read, Readings
 from mathpost.errors import MathpostError
+
+if TYPE_CHECKING:
+    from mathpost.compensate.calibrate import Calibration
+    from mathpost.machine import Machine
+    from mathpost.measure.csv_table import Table
 
 BETTER = 3  # times less noise, by which a cause is taken for one
 INCH = 25.4
 
 
-def causes(machine, paths, read, settings, found, estimate):
+def causes(
+    machine: Machine, paths: Sequence[Path | str], read: Sequence[Read], settings: dict[str, Any],
+    found: Calibration, estimate: Callable[[Machine, Sequence[Read]], Calibration],
+) -> list[str]:  # fmt: skip
     """Return sentences on the likely cause for each file that scatters too much, found by mending it."""
     sentences = []
     for number, (path, block) in enumerate(zip(paths, read, strict=True)):
@@ -32,11 +45,11 @@ def causes(machine, paths, read, settings, found, estimate):
     return sentences
 
 
-def _too_much(found, block):
+def _too_much(found: Calibration, block: Readings) -> bool:
     return 1e3 * found.noise[block.where][0] > METHODS[block.method]["noise"]
 
 
-def _changes(block, machine):
+def _changes(block: Readings, machine: Machine) -> Iterator[tuple[str, Callable[[Table], None]]]:
     """What may be wrong, in words, and what mends a table."""
     columns = list(dict.fromkeys(column for _, column in block.rows))
     axes = [each.name for each in machine.rotary]
@@ -60,8 +73,8 @@ def _changes(block, machine):
         )
 
 
-def _scaled(names, factor):
-    def change(table):
+def _scaled(names: Iterable[str], factor: float) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
         found = [name for name in names if name in table]
         if not found:
             raise MathpostError("no such column")
@@ -71,8 +84,8 @@ def _scaled(names, factor):
     return change
 
 
-def _exchanged(one, other):
-    def change(table):
+def _exchanged(one: str, other: str) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
         if one not in table or other not in table:
             raise MathpostError("no such column")
         table[one], table[other] = table[other], table[one]
@@ -80,8 +93,8 @@ def _exchanged(one, other):
     return change
 
 
-def _method(name):
-    def change(table):
+def _method(name: str) -> Callable[[Table], None]:
+    def change(table: Table) -> None:
         table.settings["method"] = name
 
     return change

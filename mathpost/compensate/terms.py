@@ -4,14 +4,22 @@ What each control wants, and what that rests on, is in its file in data/controls
 from Heidenhain's cycle programming manual, 340 49x-05.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.compensate.calibrate import SMALL
+from mathpost.compensate.calibrate import SMALL, Calibration
 from mathpost.controls import control
 from mathpost.measure.fit import Value
 from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.controls.geometry import Group
+    from mathpost.machine import Machine
 
 ORDER = """\
 In this order, which keeps the machine safe:
@@ -24,14 +32,14 @@ KinematicsOpt (cycle 451) and CYCLE996 probe a ball and find the same pivots, in
 this in step 4, without letting it write. What two of them write in turn, nobody can tell apart afterwards."""
 
 
-def terms(calibration):
+def terms(calibration: Calibration) -> str:
     """Return what goes where in the controls, line by line with U, as text: mm, degrees, machine coordinates."""
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
     nominal = calibration.nominal
     stated = (group for name in control.names() for group in control.load(name).geometry if group.fits(nominal))
     groups = list(dict.fromkeys(stated))  # a control may inherit them from another one
 
-    def entered(machine):
+    def entered(machine: Machine) -> list[float]:
         return [number for _, rows in _entries(nominal, machine, groups) for _, number in rows]
 
     found = iter(calibration.of(entered))
@@ -54,7 +62,7 @@ def terms(calibration):
     return "\n".join(lines) + "\n"
 
 
-def _tables(calibration):
+def _tables(calibration: Calibration) -> Iterator[str]:
     """What Siemens needs besides a positioning table, in the names of machine axes."""
     for each in calibration.positioning:
         name = calibration.machine.joint_names[each.joint]
@@ -64,7 +72,7 @@ def _tables(calibration):
         yield f"  MD32700 $MA_ENC_COMP_ENABLE[0,{name}] = 0, load the table, = 1, then approach the reference point"
 
 
-def _line(words, value):
+def _line(words: str, value: Value | float) -> str:
     """A line of the terms: a `Value` to the digits that its U has, or a number that was not measured."""
     if not isinstance(value, Value):
         return f"  {words:52s} {value:z13.6f}  as in the machine file"
@@ -73,7 +81,9 @@ def _line(words, value):
     return f"  {words:52s} {found} (k {value.k:.2f}, {value.free})"
 
 
-def _entries(nominal, machine, groups):
+def _entries(
+    nominal: Machine, machine: Machine, groups: list[Group]
+) -> Iterator[tuple[str, list[tuple[str, float]]]]:
     """Yield titles with rows, words and a number: what is entered of `machine`, which was `nominal`."""
     heads = [n for n, each in enumerate(nominal.rotary) if each.carries == "tool"]
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]

@@ -1,12 +1,20 @@
 """Whether readings fit the machine estimated from them: noise, rows, patterns, sizes, each in a sentence."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
-from mathpost.compensate.readings import METHODS
+from mathpost.compensate.readings import METHODS, Readings
 from mathpost.errors import InputError
+
+if TYPE_CHECKING:
+    from mathpost.compensate.calibrate import Calibration
+    from mathpost.compensate.problem import Problem, Solution
 
 CHANCE = 0.002  # of readings that fit, below which a file is doubted for one of these reasons
 SMALLEST = 2e-5  # mm: no method scatters less
@@ -20,12 +28,12 @@ DRAWS, SEED = 1000, 1
 MANY = 2000  # readings of a file beyond which patterns are not sought
 
 
-def kind(name):
+def kind(name: str) -> str:
     """What an unknown is: a "length" or an "angle"."""
     return "length" if name[1] in "XYZ12" else "angle"
 
 
-def refuse_absurd(found):
+def refuse_absurd(found: Calibration) -> None:
     """Raise `InputError` for a `Calibration` that leaves an axis open by more than any machine is wrong."""
     for name in found.values:
         most, unit = LARGEST[kind(name)], "mm" if kind(name) == "length" else "rad"
@@ -37,7 +45,7 @@ def refuse_absurd(found):
             raise InputError(", ".join(found.noise) or "readings", expected, f"± {found[name].U:.3g} {unit}{row}")
 
 
-def left_out(problem, solution, found):
+def left_out(problem: Problem, solution: Solution, found: Calibration) -> list[str]:
     """The note on what each unknown would move by if one reading were left out: the most, in its own U.
 
     Of a linear problem that needs no second estimate (Belsley, Kuh and Welsch, Regression Diagnostics, 1980, 2.1).
@@ -63,14 +71,14 @@ def left_out(problem, solution, found):
     return notes
 
 
-def far_off(found):
+def far_off(found: Calibration) -> list[str]:
     """Sentences on axes that are far from where the machine file has them."""
     far = [name for name in found.values if abs(found.values[name]) > FAR[kind(name)]]
     sizes = [f"{name} is {found.values[name]:.3g} {'mm' if kind(name) == 'length' else 'rad'}" for name in far]
     return [f"{each}: more than any machine has; the right machine file, the right axis?" for each in sizes]
 
 
-def judge(problem, solution, shown):
+def judge(problem: Problem, solution: Solution, shown: dict[str, float]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return doubts and notes, tuples of sentences, on a `problem` and its `solution`."""
     doubts, notes = [], []
     for number, (block, own) in enumerate(zip(problem.blocks, problem.rows, strict=False)):
@@ -109,7 +117,7 @@ class Residual:
     times: float
 
 
-def residuals(problem, solution):
+def residuals(problem: Problem, solution: Solution) -> Iterator[Residual]:
     """Yield the `Residual` of each reading of an axis."""
     for number, (block, own) in enumerate(zip(problem.blocks, problem.rows, strict=False)):
         file = _File(block, solution, own, solution.freedom[number])
@@ -122,7 +130,7 @@ def residuals(problem, solution):
 class _File:
     """The residuals of one file of readings."""
 
-    def __init__(self, block, solution, own, freedom):
+    def __init__(self, block: Readings, solution: Solution, own: slice, freedom: float) -> None:
         self.block, self.freedom = block, freedom
         self.rows, self.covariance = solution.rows[own], solution.covariance
         self.scaled = solution.residuals[own] / solution.sigmas[own]
@@ -132,7 +140,7 @@ class _File:
         # A row that pulls the unknowns away from what was known of them shows there, too.
         self.known = float(((solution.rows[len(solution.residuals) :] @ solution.x[solution.kept]) ** 2).sum())
 
-    def noise(self):
+    def noise(self) -> Iterator[str]:
         """Doubts about its size: above what was stated or what the method has, or below what anything has."""
         most, name = METHODS[self.block.method]["noise"], self.block.where
         if np.isinf(self.freedom):
@@ -150,11 +158,11 @@ class _File:
             said = f"readings scatter by {1e3 * self.sigma:.4f} µm: simulated, rounded, or in another unit?"
             yield f"{name}: {said}"
 
-    def studentized(self):
+    def studentized(self) -> np.ndarray:
         """Each residual by its own standard deviation; 0 for a reading that nothing else checks."""
         return np.where(self.spare > CHECKED, self.scaled / np.sqrt(self.spare), 0.0)
 
-    def worst(self):
+    def worst(self) -> list[str]:
         """The row that the others contradict, if there is one."""
         studentized = self.studentized()
         row = int(np.argmax(np.abs(studentized)))
@@ -175,7 +183,7 @@ class _File:
         said = f"{self.block.where}, line {line}, column {column!r}: {off:+.1f} µm from what all the others say"
         return [f"{said}; without it U is about {less:.2g} times as large: look at it, and measure it again"]
 
-    def pattern(self):
+    def pattern(self) -> list[str]:
         """The doubt if residuals hang together: from row to row, or at the angles of an axis."""
         if self.free < 6 or len(self.scaled) > MANY or self.sigma < SMALLEST:
             return []
@@ -188,7 +196,7 @@ class _File:
             if 1 < len(count) < len(keys):
                 groups.append(np.eye(len(count))[index] / np.sqrt(count))
 
-        def statistics(scaled):
+        def statistics(scaled: np.ndarray) -> np.ndarray:
             """For residuals, shape (readings, draws): how much they hang together, (statistics, draws)."""
             total = (scaled**2).sum(axis=0)
             neighbours = (scaled[follows] * scaled[follows + 1]).sum(axis=0)
