@@ -17,6 +17,11 @@ from mathpost.workbook.sheet.graph import Graph
 from tests.workbook import layouts, machining_sheets, mistakes, score
 from tests.workbook.cells import SAMPLES, Array, Book, Values, address, formula_of, letters, save
 
+NOT_JUDGED = (  # slips of the whole sample that are listed, not called wrong
+    "Matrices!B10: =MMULT(L6:N8,G6:I8) → =MMULT(M5:O7,G6:I8)",
+    "Eingabe!E8: =COS(D3/57.29577951308232) → -0.9762",
+)
+
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory, of):
@@ -41,8 +46,8 @@ def told(results):
 def test_no_silent_pass_and_no_false_alarm(results):
     wrong = [result for result in results if result[1] - {"first cell", "cause", "unclear"}]
     assert not wrong, told(wrong)
-    unclear = [result for result in results if "unclear" in result[1]]
-    assert len(unclear) <= 0.01 * len(results), told(unclear)
+    unclear = [result for result in results if "unclear" in result[1] and result[0].planted() not in NOT_JUDGED]
+    assert not unclear, told(unclear)
 
 
 def test_the_first_wrong_cell_and_the_cause_are_named(results):
