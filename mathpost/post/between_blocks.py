@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from mathpost.errors import ReachError
 from mathpost.path.deviation import AXIS_RESOLUTION, TIP, derivative, peak, sampled, stray
 from mathpost.post import singular
+from mathpost.post.dynamic_programming import nearest
 from mathpost.post.motion import ON_PART, Motion
-from mathpost.post.selection import nearest
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics

@@ -10,15 +10,16 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, ReachError, as_array
 from mathpost.formula import compiled
-from mathpost.machine import ENDLESS, UNITS, Machine
+from mathpost.machine import ENDLESS, Machine
 from mathpost.post import singular
+from mathpost.post.dynamic_programming import TIE, TURN, Axes, Records, best_way, cost, nearest
 from mathpost.sources import yu_dan
 
 if TYPE_CHECKING:
@@ -26,15 +27,11 @@ if TYPE_CHECKING:
     from mathpost.path.cl import CLData
 
 STRATEGIES = ("optimal", "shortest", "paper")
-TURN = 2 * np.pi
 SWAY = np.radians(0.05)  # how far the tool axis may leave its great circle for a change of branch in cut
 POLE = 1e-10  # radians from the pole, within which every workpiece-side angle is right
 PREFERENCE = 1e-3  # of the way: by so much the other branch has to be cheaper than the preferred one to begin on it
 EVEN = np.radians(1.0)  # by which the travel of a tilting axis may be shorter on the side that it prefers
-HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
 MANY = 10  # turns of travel
-TIE = 1e-9  # weight of travel (mm and degrees) among moves that cost the same
-QUANTA = 2.0**40  # costs are rounded to multiples of 1/QUANTA: their sums are exact, and equal ways stay equal
 LONG = 100_000  # moves to compare; with more of them it pays to load Numba
 
 
@@ -173,8 +170,9 @@ def choose(
         beginning = move_costs(machine, short_way(machine, first.joints[0] - start))
     long = len(cl) * len(first.branch) ** 2 > LONG
     picks, broken, unreachable, stuck = (compiled(best_way, nearest, cost) if long else best_way)(
-        solved, turns, workpiece_side, beyond, machine.ends, machine.endless, beginning, *prices(machine),
-        np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid), strategy == "shortest",
+        Axes(machine.ends, machine.endless, workpiece_side, *prices(machine)),
+        Records(solved, turns, beyond, np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid)),
+        beginning, strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
         rows = _explained(kin, solved[..., unreachable, None]).table(0)
@@ -265,24 +263,7 @@ def _explained(kin: Kinematics, solved: np.ndarray) -> Candidates:
     return Candidates(kin, joints.T, np.repeat(np.arange(solved.shape[1]) % 2, turns.shape[1]))
 
 
-# Moves: the short way round, what they cost, and the best way through the candidates.
-
-
-def nearest(step: Any) -> Any:
-    """A rotary step (radians) less whole turns, in [−180°, 180°].
-
-    Unlike in `rotation.wrap` half a turn keeps its direction: there and back again does not wind an axis up.
-    """
-    return step - TURN * np.rint(step / TURN)
-
-
-def cost(steps: np.ndarray, price: np.ndarray, slowest: bool) -> Any:
-    """Return what moves cost whose joint steps are `steps[0]`, `steps[1]` …, by `prices`."""
-    total = 0.0
-    for joint in range(len(steps)):
-        part = np.abs(steps[joint]) * price[joint]
-        total = np.maximum(total, part) if slowest else total + part
-    return total
+# Moves: the short way round, and what they cost.
 
 
 def without_far_limits(machine: Machine) -> Machine:
@@ -334,94 +315,3 @@ def path_cost(machine: Machine, joints: np.ndarray, start: np.ndarray | None) ->
     """What a sequence of joints, shape (n, j), costs, with the way from `start`, if given, to its first row."""
     total = float(np.sum(move_costs(machine, np.diff(joints, axis=0))))
     return total if start is None else total + float(move_costs(machine, short_way(machine, joints[0] - start)))
-
-
-def best_way(
-    solved: np.ndarray, turns: np.ndarray, workpiece_side: int, beyond: np.ndarray, ends: np.ndarray,
-    endless: np.ndarray, beginning: np.ndarray, price: np.ndarray, slowest: bool, meeting: np.ndarray,
-    rapid: np.ndarray, greedy: bool,
-) -> tuple[np.ndarray, np.ndarray, int, int]:  # fmt: skip
-    """Find the candidate of each record: with the fewest breaks on the way, and among those of the least cost.
-
-    Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
-
-        best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
-
-    `solved`, shape (j, s, n), are the joints of each record's solutions and `turns`, (j, w), what the windings add:
-    candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
-    joint `workpiece_side` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same
-    solution. The branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break
-    the path. If `greedy`, only the best candidate of each record is kept: the shortest next move.
-
-    Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
-    first record without a candidate inside travel, and the first that every way reaches with a break, or −1.
-    """
-    records, windings = solved.shape[2], turns.shape[1]
-    count = solved.shape[1] * windings
-    came_from = np.zeros((records, count), np.int32)  # the candidate of the record before on the best way
-    came_by_break = np.zeros((records, count), np.bool_)
-    # The candidates inside travel of two records, this one and the one before, take rows 0 and 1 in turn.
-    numbers, breaks = np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
-    axes = solved.shape[0]
-    joints, costs = np.zeros((2, count, axes)), np.zeros((2, count))
-    picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(axes)
-    known, stuck = 0, -1
-    for record in range(records):
-        now, before, cut = record % 2, (record + 1) % 2, not rapid[record]
-
-        found = 0
-        for number in range(count):
-            inside = True
-            for joint in range(axes):
-                value = solved[joint, number // windings, record] + turns[joint, number % windings]
-                inside = inside and ends[joint, 0] <= value <= ends[joint, 1]
-                joints[now, found, joint] = value
-            if inside:
-                numbers[now, found] = number
-                found += 1
-        if found == 0:
-            return picks, broken, record, stuck
-
-        best = 0
-        for j in range(found):
-            breaks[now, j], costs[now, j] = records, np.inf  # worse than any way
-            if record == 0:
-                breaks[now, j], costs[now, j] = 0, np.rint(beginning[numbers[now, j]] * QUANTA)
-            for i in range(known):
-                for joint in range(axes):
-                    step[joint] = joints[now, j, joint] - joints[before, i, joint]
-                    if endless[joint]:
-                        step[joint] = nearest(step[joint])
-                solution, last = numbers[now, j] // windings, numbers[before, i] // windings
-                changed = (solution - last) % 2 == 1
-                further = TURN * beyond[solution, record] if solution == last else 0.0
-                if endless[workpiece_side]:
-                    step[workpiece_side] += further
-                too_far = abs(step[workpiece_side] - further) > HALF_TURN
-                for joint in range(3, axes):
-                    too_far = too_far or (joint != workpiece_side and abs(step[joint]) > HALF_TURN)
-                breaking = cut and (too_far or (changed and not meeting[record]))
-                if breaks[before, i] + breaking > breaks[now, j]:
-                    continue
-                move = cost(step, price, slowest) + TIE * cost(step, UNITS, False)
-                way = costs[before, i] + np.rint(move * QUANTA)
-                if (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j]):
-                    breaks[now, j], costs[now, j] = breaks[before, i] + breaking, way
-                    came_from[record, numbers[now, j]] = numbers[before, i]
-                    came_by_break[record, numbers[now, j]] = breaking
-            if (breaks[now, j], costs[now, j]) < (breaks[now, best], costs[now, best]):
-                best = j
-
-        if stuck < 0 and breaks[now, best] > 0:
-            stuck = record
-        if greedy:
-            numbers[now, 0], breaks[now, 0] = numbers[now, best], breaks[now, best]
-            joints[now, 0], costs[now, 0] = joints[now, best], costs[now, best]
-            found, best = 1, 0
-        costs[now, :found] -= costs[now, :found].min()  # what all ways have in common would only make numbers long
-        pick, known = numbers[now, best], found
-
-    for record in range(records - 1, -1, -1):
-        picks[record], broken[record] = pick, came_by_break[record, pick]
-        pick = came_from[record, pick]
-    return picks, broken, -1, stuck

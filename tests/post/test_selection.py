@@ -14,6 +14,7 @@ from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.post import selection
+from mathpost.post.dynamic_programming import HALF_TURN
 from tests.conftest import DATA
 from tests.machines import content
 
@@ -67,7 +68,7 @@ def test_optimal_equals_brute_force(name, rates, of, monkeypatch):
         best = np.inf
         for picks in itertools.product(*choices):
             joints = found.joints[range(4), picks]
-            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= selection.HALF_TURN).all():
+            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= HALF_TURN).all():
                 best = min(best, selection.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
         if np.isfinite(best):
             costs = {
@@ -732,6 +733,7 @@ from mathpost import machine
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.post import selection
+from mathpost.post.dynamic_programming import HALF_TURN
 kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
 print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
 """
