@@ -4,11 +4,14 @@
 with other numbers, in another order or of other words than the machine has; each of `causes` changes one.
 """
 
-from collections.abc import Callable, Iterator
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import permutations
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,13 +22,16 @@ from mathpost.machine import Machine
 from mathpost.rotation import unit
 from mathpost.toml_table import read_toml
 
+if TYPE_CHECKING:
+    import sympy as sp
+
 MM_PER_INCH = 25.4
 STEP, LEAST = 0.04, 0.6  # of the cost: less for each thread in which a cause was found, and no less than this
 CAUSES = read_toml(Path(__file__).with_name("causes.toml"))
 COST = {name: max(1.0 - STEP * len(cause["seen"]), LEAST) for name, cause in CAUSES.items()}
 
 
-def slip(name: str, phrase: str, more: float = 0.0, **changes) -> Slip:
+def slip(name: str, phrase: str, more: float = 0.0, **changes: Any) -> Slip:
     """Return the `Slip` of a cause of the catalogue, `more` far-fetched than its plain form."""
     return Slip(CAUSES[name]["kind"], COST[name] + more, phrase, changes)
 
@@ -35,19 +41,19 @@ class Setup(Misread):
     """A chain as somebody computed it: that of `machine` with the changes of the `slips`."""
 
     machine: Machine
-    links: tuple  # names, from the workpiece to the tool
-    values: dict  # what stands for the symbols of `mathpost.chain.Geometry`
+    links: tuple[str, ...]  # names, from the workpiece to the tool
+    values: dict[sp.Symbol, float]  # what stands for the symbols of `mathpost.chain.Geometry`
     tool: np.ndarray  # the tip from the nose at rotary zero, turned with the heads, mm
     unturned: np.ndarray  # the same, but not turned
-    source: tuple  # which rotary word stands for each joint
-    factor: tuple  # what it is multiplied by
-    zero: tuple  # and what is added, degrees
-    order: tuple = (0, 1, 2)  # where the entries of the answer come from
-    signs: tuple = (1.0, 1.0, 1.0)  # what they are multiplied by
-    slips: tuple = ()
+    source: tuple[int, ...]  # which rotary word stands for each joint
+    factor: tuple[float, ...]  # what it is multiplied by
+    zero: tuple[float, ...]  # and what is added, degrees
+    order: tuple[int, ...] = (0, 1, 2)  # where the entries of the answer come from
+    signs: tuple[float, ...] = (1.0, 1.0, 1.0)  # what they are multiplied by
+    slips: tuple[Slip, ...] = ()
 
     @classmethod
-    def right(cls, machine: Machine) -> "Setup":
+    def right(cls, machine: Machine) -> Setup:
         """The chain as the machine has it."""
         symbols, numbers = chain.Geometry.symbols(machine).flat(), chain.Geometry.numbers(machine).flat()
         values = {
@@ -61,29 +67,29 @@ class Setup(Misread):
         """A point on a rotary axis; of `"origin"` that of the workpiece."""
         return self._vector("o" if name == "origin" else f"p_{name}")
 
-    def moved(self, name: str, point: np.ndarray) -> "Setup":
+    def moved(self, name: str, point: np.ndarray) -> Setup:
         """The same with another point, or another workpiece origin."""
         return self._with("o" if name == "origin" else f"p_{name}", point)
 
-    def pivoted(self, name: str, point: np.ndarray) -> "Setup":
+    def pivoted(self, name: str, point: np.ndarray) -> Setup:
         """The same with another point of a head, which X Y Z go on naming if they do."""
         named = self.machine.programmed_point
         moved = self.moved(name, point)
         is_pivot = not isinstance(named, str) and np.array_equal(named, self.point(name))
         return moved._with("r", point) if is_pivot else moved
 
-    def reversed(self, name: str) -> "Setup":
+    def reversed(self, name: str) -> Setup:
         """The same with a rotary axis that turns the other way."""
         return self._with(f"V_{name}", -self._vector(f"V_{name}"))
 
-    def _vector(self, name):
+    def _vector(self, name: str) -> np.ndarray:
         return np.array([self.values[entry] for entry in chain.vector_symbols(name)])
 
-    def _with(self, name, vector):
+    def _with(self, name: str, vector: np.ndarray) -> Setup:
         entries = zip(chain.vector_symbols(name), map(float, vector), strict=True)
         return replace(self, values=self.values | dict(entries))
 
-    def _product(self, names, linear, rotary):
+    def _product(self, names: Iterable[str], linear: np.ndarray, rotary: np.ndarray) -> np.ndarray:
         """The product of links, (n, 4, 4); `rotary` are words in degrees, (n, k)."""
         angles = np.deg2rad(rotary[:, list(self.source)] * self.factor + self.zero)
         compiled, symbols = _links(self.machine)
@@ -111,10 +117,10 @@ class Setup(Misread):
 
 
 @lru_cache(maxsize=64)
-def _links(machine):
+def _links(machine: Machine) -> tuple[dict[str, Callable], tuple[sp.Symbol, ...]]:
     """The links compiled, by name, and the symbols that they take beside the joints."""
-    symbols = [entry for entry in chain.Geometry.symbols(machine).flat() if entry.is_Symbol]
-    symbols = tuple(dict.fromkeys(symbols))
+    entries = [entry for entry in chain.Geometry.symbols(machine).flat() if entry.is_Symbol]
+    symbols = tuple(dict.fromkeys(entries))
     arguments = (*chain.joint_symbols(machine), *symbols)
     # The tool's own link is left out: `Setup.tool` stands for it.
     return {link.name: numeric(link.matrix, arguments) for link in chain.links(machine, True)[:-1]}, symbols
@@ -125,7 +131,7 @@ class Cause:
     """One thing gone wrong: its slip, and what it makes of a `Setup`."""
 
     slip: Slip
-    change: Callable
+    change: Callable[[Setup], Setup]
 
 
 def misread(setup: Setup, *found: Cause) -> Setup:
@@ -148,19 +154,23 @@ def causes(machine: Machine) -> list[Cause]:
     return sorted(found, key=lambda cause: cause.slip.cost)
 
 
-def _set(name, index, value):
+def _with(**changes: Any) -> Callable[[Setup], Setup]:
+    """A change of whole fields of a setup."""
+    return lambda setup: replace(setup, **changes)
+
+
+def _set(name: str, index: int | None, value: float) -> Callable[[Setup], Setup]:
     """A change of one entry, or all where there is no index, of a tuple of a setup."""
 
-    def change(setup):
+    def change(setup: Setup) -> Setup:
         old = getattr(setup, name)
-        return replace(
-            setup, **{name: tuple(value if n == index or index is None else old[n] for n in range(len(old)))}
-        )
+        new = tuple(value if n == index or index is None else old[n] for n in range(len(old)))
+        return _with(**{name: new})(setup)
 
     return change
 
 
-def _rotary(machine) -> Iterator[Cause]:
+def _rotary(machine: Machine) -> Iterator[Cause]:
     """Sense, names, units and zeros of the rotary axes, and which carries which."""
     names = [each.name for each in machine.rotary]
     together = " and ".join(names)
@@ -168,7 +178,7 @@ def _rotary(machine) -> Iterator[Cause]:
     if len(names) > 1:
         each_and_all.append((None, together, "are", "s"))
     for n, name in enumerate(names):
-        yield Cause(slip("reversed", f"{name} turns the other way"), lambda s, name=name: s.reversed(name))
+        yield Cause(slip("reversed", f"{name} turns the other way"), partial(Setup.reversed, name=name))
         for degrees in (180, 90, -90):
             phrase = f"{name} is off by {degrees:+d} degrees"
             yield Cause(slip("zero", phrase, 0.1 * (degrees != 180)), _set("zero", n, float(degrees)))
@@ -202,12 +212,12 @@ def _rotary(machine) -> Iterator[Cause]:
         )
 
 
-def _exchanged(links, names):
+def _exchanged(links: tuple[str, ...], names: Sequence[str]) -> tuple[str, ...]:
     other = dict(zip(names, reversed(names), strict=True))
     return tuple(other.get(name, name) for name in links)
 
 
-def _points(machine) -> Iterator[Cause]:
+def _points(machine: Machine) -> Iterator[Cause]:
     """Pivots and the workpiece origin, left out, of the opposite sign and twice, from where they may be counted."""
     origin, nowhere = np.array(machine.origin, dtype=float), np.zeros(3)
     points = {each.name: np.array(each.point, dtype=float) for each in machine.rotary}
@@ -228,24 +238,24 @@ def _points(machine) -> Iterator[Cause]:
             for factor, said in ((0, "left out"), (2, "taken twice"), (-1, "of the opposite sign")):
                 moved = start + factor * (where - start)
                 phrase = f"the {called} is {said}" + ", counted from machine zero" * bool(n)
-                yield Cause(slip(kind, phrase, more), lambda s, name=name, moved=moved: s.pivoted(name, moved))
+                yield Cause(slip(kind, phrase, more), partial(Setup.pivoted, name=name, point=moved))
 
 
-def _across(offset, axis):
+def _across(offset: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
     """The part of an offset that is square to an axis: along it a point may be anywhere."""
     return offset if axis is None else offset - offset @ axis * axis
 
 
-def _tool(machine) -> Iterator[Cause]:
+def _tool(machine: Machine) -> Iterator[Cause]:
     """The tool length, not turned with the head, left out, and taken twice."""
     if machine.tool_length == 0:
         return
     tip = -machine.tool_length * unit(np.array(machine.tool_axis))
     if any(each.carries == "tool" for each in machine.rotary):
         phrase = "the tool length is not turned with the head"
-        yield Cause(slip("tool", phrase), lambda s: replace(s, tool=np.zeros(3), unturned=tip))
-    yield Cause(slip("tool", "the tool length is left out", 0.02), lambda s: replace(s, tool=np.zeros(3)))
-    yield Cause(slip("tool", "the tool length is taken twice", 0.02), lambda s: replace(s, tool=2 * tip))
+        yield Cause(slip("tool", phrase), _with(tool=np.zeros(3), unturned=tip))
+    yield Cause(slip("tool", "the tool length is left out", 0.02), _with(tool=np.zeros(3)))
+    yield Cause(slip("tool", "the tool length is taken twice", 0.02), _with(tool=2 * tip))
 
 
 def _answer() -> Iterator[Cause]:
@@ -254,17 +264,15 @@ def _answer() -> Iterator[Cause]:
         moved = ["XYZ"[n] for n in range(3) if order[n] != n]
         if moved:
             phrase = f"{', '.join(moved[:-1])} and {moved[-1]} of the answer are exchanged"
-            yield Cause(
-                slip("exchanged", phrase, 0.2 * (len(moved) > 2)), lambda s, order=order: replace(s, order=order)
-            )
+            yield Cause(slip("exchanged", phrase, 0.2 * (len(moved) > 2)), _with(order=order))
     for n, name in enumerate("XYZ"):
         signs = tuple(-1.0 if n == other else 1.0 for other in range(3))
         yield Cause(
             slip("copied-sign", f"the sign of the answer's {name} is lost", 0.1),
-            lambda s, signs=signs: replace(s, signs=signs),
+            _with(signs=signs),
         )
     for factor, phrase in (
         (1 / MM_PER_INCH, "the answer is in inches"),
         (MM_PER_INCH, "the answer's mm are taken for inches"),
     ):
-        yield Cause(slip("inch", phrase, 0.3), lambda s, factor=factor: replace(s, signs=(factor,) * 3))
+        yield Cause(slip("inch", phrase, 0.3), _with(signs=(factor,) * 3))

@@ -5,22 +5,37 @@ Someone has turned a point, or built a matrix, and got something else than expec
 returned, the simplest first. A match that so many tries would have hit by accident anyway explains nothing.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, product, starmap
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.detective import misreadings as reading
-from mathpost.detective.misreadings import NOWHERE, Factors, Slip, all_factors, matrices, wordings
+from mathpost.detective.misreadings import (
+    NOWHERE,
+    Explanation,
+    Factors,
+    Slip,
+    Wording,
+    all_factors,
+    matrices,
+    wordings,
+)
 from mathpost.errors import InputError, as_array
 from mathpost.euler import SEQUENCES
 
 
-def _copied(phrase, cost=1, **changes):
+def _copied(phrase: str, cost: float = 1, **changes: tuple[int, ...]) -> tuple[Slip, ...]:
     return (Slip("copied", cost, phrase, changes),)
 
 
+_Found = tuple[Factors, list[Wording], tuple[Slip, ...]]  # what fits: with the slips beside those of the factors
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
 MORE_DIGITS = Slip(reading.UNROUNDED, 0.5, "the angles were used with more digits than are given")
@@ -39,7 +54,15 @@ PROBE_POINTS = np.array([(1, 2, 3), (2, -1, 5), (7, 3, -2)], dtype=float)
 GENERIC_ANGLES = np.array([(21.1234567, 47.7654321, 74.4567891), (-36.2468135, 12.1357924, 113.9753186)])
 
 
-def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None):
+def explain(
+    angles: ArrayLike,
+    point: ArrayLike | None,
+    answer: ArrayLike,
+    *,
+    decimals: int | None = None,
+    sequence: str = "ZXZ",
+    origin: ArrayLike | None = None,
+) -> Explanation:
     """Return the misreadings of three Euler angles that give `answer`, the simplest first.
 
     Right is what source 000 does: the coordinates of a fixed point in a frame turned by the first angle about the
@@ -73,7 +96,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     if target.shape != points.shape or points.ndim > 2:
         raise InputError("answer", f"shape {points.shape}", f"shape {target.shape}")
     is_matrix = point is None
-    placings = (Factors(sequence, point="" if is_matrix else "p"),)
+    placings: tuple[Factors, ...] = (Factors(sequence, point="" if is_matrix else "p"),)
     if origin is not None and not is_matrix:
         placings = _about(centre, sequence)
     case = _Case(
@@ -91,48 +114,51 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     return exact if exact and exact.explained else case.explain(target.shape)
 
 
-def _about(origin, sequence):
+def _about(origin: np.ndarray, sequence: str) -> tuple[Factors, ...]:
     """The factors to start from where the point is to be taken relative to `origin`; the first are right."""
     o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
     right = Factors(sequence, before=minus, point="(p − o)")
     centre = "the origin is added again after the rotation: it is taken for the centre of rotation"
-    rows = (
-        ("origin", 1, "the origin is not subtracted", NOWHERE, NOWHERE, "p", ""),
-        ("origin", 1, "the origin is added, not subtracted", o, NOWHERE, "(p + o)", ""),
-        ("centre", 1, centre, minus, o, "(p − o)", " + o"),
-        ("origin", 1.1, "the origin is subtracted after the rotation", NOWHERE, minus, "p", " − o"),
-        ("origin", 1.25, "the origin is added after the rotation", NOWHERE, o, "p", " + o"),
+    slips = (
+        Slip("origin", 1, "the origin is not subtracted", {"before": NOWHERE, "point": "p"}),
+        Slip("origin", 1, "the origin is added, not subtracted", {"before": o, "point": "(p + o)"}),
+        Slip("centre", 1, centre, {"after": o, "added": " + o"}),
+        Slip("origin", 1.1, "the origin is subtracted after the rotation", _later(minus, " − o")),
+        Slip("origin", 1.25, "the origin is added after the rotation", _later(o, " + o")),
     )
-    keys = ("before", "after", "point", "added")
-    return (right, *(right.misread(Slip(*row[:3], dict(zip(keys, row[3:], strict=True)))) for row in rows))
+    return (right, *(right.misread(slip) for slip in slips))
+
+
+def _later(after: tuple[float, ...], added: str) -> dict[str, Any]:
+    return {"before": NOWHERE, "after": after, "point": "p", "added": added}
 
 
 @dataclass(frozen=True)
-class _Match(reading.Misread):
+class _Match(reading.Match):
     """A product that fits: its factors, and its wordings, the simplest first."""
 
     factors: Factors
-    wordings: list
+    wordings: list[Wording]
 
     @property
-    def slips(self):
+    def slips(self) -> tuple[Slip, ...]:
         return (*self.wordings[0].slips, *self.factors.slips)
 
     @property
-    def cost(self):
+    def cost(self) -> float:
         return 0.01 * self.wordings[0].recipe + super().cost
 
     @property
-    def product(self):
+    def product(self) -> str:
         return reading.written(self.wordings[0], self.factors)
 
     @property
-    def sentence(self):
+    def sentence(self) -> str:
         """What went wrong, in words, and whose convention that is."""
         known_as = reading.trade_name(self.wordings[0], self.factors) if self.slips else ""
         return super().sentence + (f" (as {known_as})" if known_as else "")
 
-    def value(self, angles, points):
+    def value(self, angles: np.ndarray, points: np.ndarray) -> np.ndarray:
         """What it gives, shape (n, 3)."""
         each = self.factors
         matrix = matrices([each], [self.wordings[0].key], angles)[0, 0]
@@ -149,25 +175,26 @@ class _Case:
     target: np.ndarray
     half_digits: np.ndarray
     decimals: int
-    placings: tuple  # the factors to start from, those of the right place first
+    placings: tuple[Factors, ...]  # the factors to start from, those of the right place first
     is_matrix: bool
     slack: float = 1.0
 
     @property
-    def size(self):
+    def size(self) -> float:
         return np.linalg.norm(self.points, axis=1).max()
 
     @property
-    def tolerance(self):
+    def tolerance(self) -> float:
         return 0.5 * 10.0**-self.decimals * (1 + 1e-6) * self.slack + ROUNDING * max(self.size, 1e-300)
 
     @property
-    def reach(self):
+    def reach(self) -> float:
         """How far more digits of the angles may move the point."""
         return self.tolerance + self.size * np.deg2rad(self.half_digits.sum()) * 1.5
 
-    def explain(self, shape):
-        tried, matches = 0, []
+    def explain(self, shape: tuple[int, ...]) -> Explanation:
+        tried = 0
+        matches: list[_Match] = []
         for depth in (2, 3):
             for placing in self.placings if depth == 2 else self.placings[:1]:
                 found, count = self.likely(depth, placing)
@@ -185,17 +212,20 @@ class _Case:
             value = value.T if self.is_matrix else value.reshape(shape)
             misreadings.append(reading.told([first, *others], value))
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
-        return reading.Explanation(tuple(misreadings), self.tolerance, tried, note)
+        return Explanation(tuple(misreadings), self.tolerance, tried, note)
 
-    def likely(self, depth, placing):
+    def likely(self, depth: int, placing: Factors) -> tuple[list[_Match], int]:
         """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
         turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
         found, count, costs = turned.search(placing.axes, depth)
-        right = {"before": self.placings[0].before, "point": self.placings[0].point}
-        matches = [_Match(replace(f, **right).misread(*placing.slips, *slips), same) for f, same, slips in found]
+        right = self.placings[0]
+        matches = []
+        for factors, same, slips in found:
+            placed = replace(factors, before=right.before, point=right.point)
+            matches.append(_Match(placed.misread(*placing.slips, *slips), same))
         return [match for match in matches if turned.chance(costs, match) < reading.CHANCE], count
 
-    def moved(self):
+    def moved(self) -> tuple[list[_Match], int]:
         """Matches of several points that were moved as well as turned: the differences between them only turn."""
         start, end = self.points.mean(axis=0), self.target.mean(axis=0)
         differences = replace(self, points=self.points - start, target=self.target - end, slack=2.0)
@@ -210,7 +240,7 @@ class _Case:
                 placed.append(replace(match, factors=match.factors.misread(slip)))
         return placed, count
 
-    def search(self, axes, depth):
+    def search(self, axes: str, depth: int) -> tuple[list[_Found], int, np.ndarray]:
         """Compare the factors of a `depth` in all products, copied wrongly and of more digits too, with the answer.
 
         Return factors, wordings and more slips of what fits, how many were tried, and their costs in order.
@@ -221,7 +251,7 @@ class _Case:
             same = [[wording for wording in of_one if not wording.row] for of_one in same]
         values = np.einsum("fkij,nj->fkni", products, self.points)
         costs = np.add.outer([each.cost for each in factors], [of_one[0].cost for of_one in same])
-        found = []
+        found: list[_Found] = []
         # A wrong copy comes with one other slip at most: more is guessing.
         simple = [n for n, each in enumerate(factors) if len(each.slips) < 2]
         for copied in COPIED[:1] if self.is_matrix else COPIED:
@@ -230,12 +260,12 @@ class _Case:
             misfit = np.abs(given[..., as_copied.order] * as_copied.signs - self.target).max(axis=(2, 3))
             found += [(factors[rows[f]], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
             if not copied and self.half_digits.any():
-                near = np.argwhere((misfit > self.tolerance) & (misfit <= self.reach))
-                near = [(factors[f], same[k]) for f, k in near if self.fits_unrounded(_Match(factors[f], same[k]))]
-                found += [(*each, (MORE_DIGITS,)) for each in near]
+                for f, k in np.argwhere((misfit > self.tolerance) & (misfit <= self.reach)):
+                    if self.fits_unrounded(_Match(factors[f], same[k])):
+                        found.append((factors[f], same[k], (MORE_DIGITS,)))
         return found, len(COPIED) * costs.size, np.sort(costs, axis=None)
 
-    def fits_unrounded(self, match):
+    def fits_unrounded(self, match: _Match) -> bool:
         """Whether angles that round to the given ones give the answer, judged by the differential."""
         value = match.value(self.angles, self.points)
         slopes = []
@@ -248,7 +278,7 @@ class _Case:
         left = missing - jacobian @ np.clip(steps, -1, 1)
         return np.abs(left).max() <= self.tolerance
 
-    def chance(self, costs, match):
+    def chance(self, costs: np.ndarray, match: _Match) -> float:
         """The expected number of accidental matches among the misreadings that are no more far-fetched."""
         copies = [sum(slip.cost for slip in copied) for copied in COPIED]
         beside = np.add.outer([placing.cost for placing in self.placings], copies)
@@ -261,7 +291,7 @@ class _Case:
             share *= min(1.0, ratio / np.pi)
         return tries * share
 
-    def tell_apart(self, groups):
+    def tell_apart(self, groups: list[list[_Match]]) -> str:
         """Propose the point, or else the angles, for which the misreadings differ most clearly."""
         options = [(self.angles, point) for point in PROBE_POINTS] if not self.is_matrix else []
         options += [(angles, point) for angles in PROBE_ANGLES for point in PROBE_POINTS[:1]]
@@ -278,7 +308,7 @@ class _Case:
         results = "; ".join(f"{group[0].sentence}: ({_numbers(v, 3)})" for group, v in pairs)
         return f"{len(groups)} misreadings give the same number here. To tell them apart, try {asked}: {results}."
 
-    def what_is_known(self):
+    def what_is_known(self) -> str:
         """Say why no misreading can fit, or which simple one gives all coordinates but one."""
         simple = [each for each in all_factors(self.placings[0].axes, 2) if len(each.slips) < 2]
         for match in starmap(_Match, product(simple, wordings().values())):
@@ -302,18 +332,18 @@ class _Case:
 
 
 @lru_cache(maxsize=4)
-def _products(axes, depth, angles):
+def _products(axes: str, depth: int, angles: tuple[float, ...]) -> tuple[list[Factors], np.ndarray]:
     """The factors of a depth that matter for `angles`, and their matrices, (factors, wordings, 3, 3)."""
     factors = [each for each in all_factors(axes, depth) if each.matters(np.array(angles))]
     return factors, matrices(factors, list(wordings()), np.array(angles))
 
 
-def _product(match):
+def _product(match: _Match) -> bytes:
     """What tells products apart, whatever the angles and the point."""
     return (np.round([match.value(angles, PROBE_POINTS) for angles in GENERIC_ANGLES], 9) + 0.0).tobytes()
 
 
-def _translated(matrix, shift, tolerance):
+def _translated(matrix: np.ndarray, shift: np.ndarray, tolerance: float) -> Slip:
     """The slip of points that were turned by `matrix` and then moved by `shift`.
 
     A shift across the axis of rotation is what a rotation about another centre makes: the centre that is nearest to
@@ -328,5 +358,5 @@ def _translated(matrix, shift, tolerance):
     return Slip(kind, 1.25, phrase, {"after": tuple(shift.tolist()), "added": " + t"})
 
 
-def _numbers(values, decimals=None):
+def _numbers(values: Iterable[float], decimals: int | None = None) -> str:
     return ", ".join(f"{value:g}" if decimals is None else f"{value:z.{decimals}f}" for value in values)

@@ -6,13 +6,19 @@ transposed or not, the point as a column or as a row. The 768 wordings come to 4
 say what stands in it, and what is done to the point and to the answer: a slip changes the right ones.
 """
 
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from itertools import combinations, permutations, product
 from operator import attrgetter
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError
 from mathpost.euler import from_quaternion, to_quaternion
@@ -31,23 +37,6 @@ DEGREES_CALLED = "{} {verb} converted with DEGREES, not with RADIANS"
 EXCHANGED = "90° − {} is used, or sine and cosine are exchanged"
 FOR_MINUTES = "the decimals of {} are taken for minutes, 35.30 for 35°30′"
 AS_DECIMALS = "the minutes of {} are written as decimals, 35.30 for 35.5°"
-# What the number of an angle may mean: the degrees that are used, with some value of π, and how they are written;
-# of the slip its kind, its cost for all angles and for one (None if it is not tried), and the words for it.
-MEANINGS = {
-    "degrees": (lambda a, pi: a, "{}"),
-    "radians": (lambda a, pi: a * 180 / pi, "{} rad", "unit", 1, 1.25, "the degrees of {} are taken for radians"),
-    "twice": (lambda a, pi: a * pi / 180, "{}·π/180", "unit", 1.25, 1.5, "{} {verb} converted to radians twice"),
-    "reversed": (lambda a, pi: a * (180 / pi) ** 2, "{}·180/π rad", "unit", 1.5, 1.75, DEGREES_CALLED),
-    "gon": (lambda a, pi: 0.9 * a, "{} gon", "unit", 1.5, 1.75, "the degrees of {} are taken for gon"),
-    "half": (lambda a, pi: a / 2, "{}/2", "half angle", 1.25, 1.25, "half of {} is used, as in a quaternion"),
-    "double": (lambda a, pi: 2 * a, "2{}", "double angle", 1.25, 1.25, "twice {} is used"),
-    "complement": (lambda a, pi: 90 - a, "90° − {}", "complement", 1.25, 1.25, EXCHANGED),
-    "quarter more": (lambda a, pi: a + 90, "{} + 90°", "offset", None, 1.25, "90° are added to {}"),
-    "quarter less": (lambda a, pi: a - 90, "{} − 90°", "offset", None, 1.25, "90° are taken from {}"),
-    "half turn more": (lambda a, pi: a + 180, "{} + 180°", "offset", None, 1.25, "180° are added to {}"),
-    "minutes": (lambda a, pi: _fraction_times(a, 100 / 60), "{} in ° ′", "minutes", 1.25, 1.25, FOR_MINUTES),
-    "no minutes": (lambda a, pi: _fraction_times(a, 60 / 100), "{} from ° ′", "minutes", 1.25, 1.25, AS_DECIMALS),
-}
 # Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
 TRADE = {"ZYX": ("KUKA A B C", (0, 1, 2)), "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0))}
 # The keys of a few misreadings of the recipes of source 000.
@@ -61,10 +50,50 @@ COMMON = {
 }
 
 
-def _fraction_times(degrees, factor):
+Key = tuple[tuple[int, ...], tuple[int, ...]]  # of a product: the order of its rotations, and their signs
+
+
+def _fraction_times(degrees: float, factor: float) -> float:
     """The degrees with their fraction times `factor`; a float such as 35.29999… counts as 35.3."""
     whole = np.trunc(np.round(degrees, 9))
     return whole + (degrees - whole) * factor
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the number of an angle may mean, and the slip of whoever takes it so."""
+
+    degrees: Callable[[float, float], float]  # that are used, of the number and some value of π
+    written: str  # how they are
+    kind: str = ""
+    for_all: float | None = None  # what the slip costs for all angles; None if it is not tried
+    for_one: float = 0.0  # and for one
+    phrase: str = ""
+
+
+MEANINGS = {
+    "degrees": Meaning(lambda a, pi: a, "{}"),
+    "radians": Meaning(
+        lambda a, pi: a * 180 / pi, "{} rad", "unit", 1, 1.25, "the degrees of {} are taken for radians"
+    ),
+    "twice": Meaning(
+        lambda a, pi: a * pi / 180, "{}·π/180", "unit", 1.25, 1.5, "{} {verb} converted to radians twice"
+    ),
+    "reversed": Meaning(lambda a, pi: a * (180 / pi) ** 2, "{}·180/π rad", "unit", 1.5, 1.75, DEGREES_CALLED),
+    "gon": Meaning(lambda a, pi: 0.9 * a, "{} gon", "unit", 1.5, 1.75, "the degrees of {} are taken for gon"),
+    "half": Meaning(
+        lambda a, pi: a / 2, "{}/2", "half angle", 1.25, 1.25, "half of {} is used, as in a quaternion"
+    ),
+    "double": Meaning(lambda a, pi: 2 * a, "2{}", "double angle", 1.25, 1.25, "twice {} is used"),
+    "complement": Meaning(lambda a, pi: 90 - a, "90° − {}", "complement", 1.25, 1.25, EXCHANGED),
+    "quarter more": Meaning(lambda a, pi: a + 90, "{} + 90°", "offset", None, 1.25, "90° are added to {}"),
+    "quarter less": Meaning(lambda a, pi: a - 90, "{} − 90°", "offset", None, 1.25, "90° are taken from {}"),
+    "half turn more": Meaning(lambda a, pi: a + 180, "{} + 180°", "offset", None, 1.25, "180° are added to {}"),
+    "minutes": Meaning(lambda a, pi: _fraction_times(a, 100 / 60), "{} in ° ′", "minutes", 1.25, 1.25, FOR_MINUTES),
+    "no minutes": Meaning(
+        lambda a, pi: _fraction_times(a, 60 / 100), "{} from ° ′", "minutes", 1.25, 1.25, AS_DECIMALS
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -74,7 +103,7 @@ class Slip:
     kind: str
     cost: float
     phrase: str
-    changes: dict = field(default_factory=dict, compare=False)
+    changes: dict[str, Any] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)
@@ -83,12 +112,12 @@ class Misreading:
 
     sentence: str  # what was misread, as in "the final transpose is missing"
     product: str  # the matrix product: E is a passive elementary matrix, R an active one, p the point
-    kinds: tuple  # of slip, such as ("transpose",)
+    kinds: tuple[str, ...]  # of slip, such as ("transpose",)
     value: np.ndarray  # what it gives, in the shape of the answer
-    same: tuple  # other wordings of the identical product, with their products
+    same: tuple[str, ...]  # other wordings of the identical product, with their products
     cost: float  # how much has to be misread: about one for each slip
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.sentence}: {self.product}"
 
 
@@ -96,68 +125,86 @@ class Misreading:
 class Explanation:
     """What `explain` or `explain_joints` found."""
 
-    misreadings: tuple  # those that give the answer, the simplest first
+    misreadings: tuple[Misreading, ...]  # those that give the answer, the simplest first
     tolerance: float  # how far a misreading may be from the answer: half of the last digit written
     tried: int  # how many were compared with it
     note: str = ""  # how to tell several misreadings apart, or what is known if none fits
-    travel: tuple = ()  # sentences on rotary words outside travel, which no misreading excuses
+    travel: tuple[str, ...] = ()  # sentences on rotary words outside travel, which no misreading excuses
 
     @property
-    def explained(self):
+    def explained(self) -> bool:
         """Whether any misreading gives the answer."""
         return bool(self.misreadings)
 
     @property
-    def right(self):
+    def right(self) -> bool:
         """Whether the right way gives the answer, be it with more digits of the angles than are given."""
         return self.explained and set(self.misreadings[0].kinds) <= {UNROUNDED}
 
-    def __str__(self):
+    def __str__(self) -> str:
         lines = list(map(str, self.misreadings)) or [f"No misreading explains it ({self.tried} were tried)."]
         return "\n".join([*lines, *self.travel, *([self.note] if self.note else [])])
 
 
-class Misread:
+class Misread(ABC):
     """Anything with `slips`: what they cost together, and the words for them."""
 
     @property
-    def cost(self):
+    @abstractmethod
+    def slips(self) -> tuple[Slip, ...]:
+        """What was misread."""
+
+    @property
+    def cost(self) -> float:
         return sum(slip.cost for slip in self.slips)
 
     @property
-    def sentence(self):
+    def sentence(self) -> str:
         return " and ".join(slip.phrase for slip in self.slips) or "right"
 
 
+class Match(Misread):
+    """One that gives the answer."""
+
+    @property
+    @abstractmethod
+    def product(self) -> str:
+        """What was computed, as text."""
+
+
+AnyMatch = TypeVar("AnyMatch", bound=Match)
 QUATERNION = tuple(
     Slip("quaternion", 1.25, f"the quaternion is stored as {stored} and read as {read}", {"quaternion": shift})
     for stored, read, shift in (("x y z w", "w x y z", -1), ("w x y z", "x y z w", 1))
 )
 
 
-def grouped(matches, key, most=None):
+def grouped(
+    matches: Iterable[AnyMatch], key: Callable[[AnyMatch], Hashable], most: int | None = None
+) -> list[list[AnyMatch]]:
     """Return the matches worth telling, the least far-fetched first, in lists of those with one `key`.
 
-    A match is a `Misread`. The first `most` are looked at; one that has all the slips of another and more explains
-    nothing.
+    The first `most` are looked at; one that has all the slips of another and more explains nothing.
     """
-    matches, groups = sorted(matches, key=COST)[:most], {}
-    near = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
+    ranked = sorted(matches, key=COST)[:most]
+    near = [match for match in ranked if match.cost <= ranked[0].cost + FAR_FETCHED]
+    groups: dict[Hashable, list[AnyMatch]] = {}
     for match in near:
         if not any(set(match.slips) > set(other.slips) for other in near):
             groups.setdefault(key(match), []).append(match)
     return list(groups.values())
 
 
-def told(group, value):
+def told(group: Sequence[Match], value: np.ndarray) -> Misreading:
     """Return the first of a group of matches, all of one `value`, as a `Misreading`; the others are the same."""
     first, *others = group
     near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
-    same, kinds = (f"{match.sentence}: {match.product}" for match in near), (slip.kind for slip in first.slips)
-    return Misreading(first.sentence, first.product, tuple(kinds), value, tuple(same), first.cost)
+    same = tuple(f"{match.sentence}: {match.product}" for match in near)
+    kinds = tuple(slip.kind for slip in first.slips)
+    return Misreading(first.sentence, first.product, kinds, value, same, first.cost)
 
 
-def written_decimals(values):
+def written_decimals(values: ArrayLike) -> int:
     """Return the greatest number of digits after the point that any of `values` (strings or numbers) shows.
 
     Of a float thirteen digits count, so that the rounding of a sum such as 35.707 + 360 does not.
@@ -166,13 +213,16 @@ def written_decimals(values):
     for value in np.asarray(values, dtype=object).ravel():
         text = value.strip() if isinstance(value, str) else repr(float(f"{float(value):.13g}")).removesuffix(".0")
         try:
-            most = max(most, -Decimal(text).as_tuple().exponent)
+            exponent = Decimal(text).as_tuple().exponent
         except InvalidOperation:
-            raise InputError("answer", "numbers", repr(value)) from None
+            exponent = "n"
+        if not isinstance(exponent, int):  # of what is infinite or no number, it is a letter
+            raise InputError("answer", "finite numbers", repr(value))
+        most = max(most, -exponent)
     return most
 
 
-def half_digit(values):
+def half_digit(values: ArrayLike) -> float:
     """Return half of the last digit of decimal fractions; 0 of whole numbers and full floats: those are exact."""
     decimals = written_decimals(values)
     return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
@@ -184,18 +234,18 @@ class Wording(Misread):
 
     recipe: int
     active: bool
-    order: tuple
-    signs: tuple
+    order: tuple[int, ...]
+    signs: tuple[int, ...]
     transposed: bool
     row: bool
-    slips: tuple
+    slips: tuple[Slip, ...] = ()
 
     @property
-    def cost(self):
+    def cost(self) -> float:
         return 0.01 * self.recipe + super().cost
 
     @property
-    def key(self):
+    def key(self) -> Key:
         """The product that it comes to: rotations from left to right and the signs of their passive elements."""
         order, signs = self.order, tuple(-s if self.active else s for s in self.signs)
         if self.transposed != self.row:
@@ -208,50 +258,52 @@ class Factors(Misread):
     """What stands in the factors of the first, second and third rotation, and what is done to point and answer."""
 
     axes: str
-    source: tuple = (0, 1, 2)  # which angle stands there
-    kept: tuple = (True, True, True)
-    meaning: tuple = ("degrees",) * 3
+    source: tuple[int, ...] = (0, 1, 2)  # which angle stands there
+    kept: tuple[bool, ...] = (True, True, True)
+    meaning: tuple[str, ...] = ("degrees",) * 3
     angle_decimals: int | None = None  # None if not rounded
     pi: float = np.pi
     entry_decimals: int | None = None
-    before: tuple = NOWHERE  # what is added to the point before the rotation, and after it
-    after: tuple = NOWHERE
+    before: tuple[float, ...] = NOWHERE  # what is added to the point before the rotation, and after it
+    after: tuple[float, ...] = NOWHERE
     point: str = "p"  # how both are written
     added: str = ""
     quaternion: int = 0  # by how many places its entries are shifted
-    order: tuple = (0, 1, 2)  # where the answer's entries come from, and their signs
-    signs: tuple = (1, 1, 1)
-    slips: tuple = ()
+    order: tuple[int, ...] = (0, 1, 2)  # where the answer's entries come from, and their signs
+    signs: tuple[int, ...] = (1, 1, 1)
+    slips: tuple[Slip, ...] = ()
 
-    def misread(self, *slips):
+    def misread(self, *slips: Slip) -> Factors:
         """Return them with more slips."""
         changes = {name: value for slip in slips for name, value in slip.changes.items()}
         return replace(self, slips=(*self.slips, *slips), **changes)
 
-    def rounded(self, angles):
+    def rounded(self, angles: np.ndarray) -> np.ndarray:
         """The given angles, degrees, as they are used."""
         return angles if self.angle_decimals is None else np.round(angles, self.angle_decimals)
 
-    def radians(self, angles):
+    def radians(self, angles: np.ndarray) -> np.ndarray:
         """The angle of each rotation, shape (3,), from the given degrees."""
         angles, rows = self.rounded(angles), zip(self.source, self.meaning, self.kept, strict=True)
-        meant = [MEANINGS[meaning][0](angles[n], self.pi) * kept for n, meaning, kept in rows]
+        meant = [MEANINGS[meaning].degrees(angles[n], self.pi) * kept for n, meaning, kept in rows]
         return np.array(meant) * self.pi / 180
 
-    def matters(self, angles):
+    def matters(self, angles: np.ndarray) -> bool:
         """Whether rounding and meaning change any angle: to round 135 to two decimals is no slip."""
         if self.angle_decimals is not None and np.array_equal(self.rounded(angles), angles):
             return False
-        meant = [MEANINGS[meaning][0](angle, np.pi) for meaning, angle in zip(self.meaning, angles, strict=True)]
+        meant = [
+            MEANINGS[meaning].degrees(angle, np.pi) for meaning, angle in zip(self.meaning, angles, strict=True)
+        ]
         return set(self.meaning) == {"degrees"} or not np.array_equal(meant, angles)
 
 
 @lru_cache(maxsize=1)
-def wordings():
+def wordings() -> dict[Key, list[Wording]]:
     """Return the 48 products: a dict from `Wording.key` to its wordings, the simplest first."""
-    found = {}
+    found: dict[Key, list[Wording]] = {}
     everything = product(
-        (0, 1), (False, True), permutations(range(3)), product((1, -1), repeat=3), *[(False, True)] * 2
+        (0, 1), (False, True), permutations(range(3)), product((1, -1), repeat=3), (False, True), (False, True)
     )
     for recipe, active, order, flips, transpose_wrong, row in everything:
         slips = []
@@ -279,12 +331,12 @@ def wordings():
     return {key: sorted(same, key=COST) for key, same in found.items()}
 
 
-def _dots(order):
+def _dots(order: Iterable[int]) -> str:
     return "·".join(ANGLES[n] for n in order)
 
 
 @lru_cache(maxsize=8)
-def all_factors(sequence, depth):
+def all_factors(sequence: str, depth: int) -> tuple[Factors, ...]:
     """Return the `Factors` to try on the Euler angles `sequence`, the cheapest first.
 
     At `depth` 2 that is every slip of the factors alone and every two together, but quaternions and meanings other
@@ -305,7 +357,7 @@ def all_factors(sequence, depth):
     return tuple(sorted((Factors(sequence).misread(*slips) for slips in chosen), key=COST))
 
 
-def _axes(sequence):
+def _axes(sequence: str) -> Iterator[Slip]:
     said = " ".join(sequence)
     for letters in product("XYZ", repeat=3):
         axes = "".join(letters)
@@ -316,7 +368,7 @@ def _axes(sequence):
             yield Slip("axis", 1 if proper else 1.25, phrase, {"axes": axes})
 
 
-def _sources():
+def _sources() -> Iterator[Slip]:
     for source in product(range(3), repeat=3):
         moved = [n for n in range(3) if source[n] != n]
         if len(moved) == 1:
@@ -329,7 +381,7 @@ def _sources():
             yield Slip("exchange", 1, phrase, {"source": source})
 
 
-def _left_out():
+def _left_out() -> Iterator[Slip]:
     for kept in product((True, False), repeat=3):
         gone = [ANGLES[n] for n in range(3) if not kept[n]]
         if len(gone) in (1, 2):
@@ -337,16 +389,18 @@ def _left_out():
             yield Slip("left out", len(gone), f"{' and '.join(gone)} {verb} left out", {"kept": kept})
 
 
-def _meanings():
-    for meaning, (_, _, kind, for_all, for_one, phrase) in list(MEANINGS.items())[1:]:
+def _meanings() -> Iterator[Slip]:
+    for meaning, each in list(MEANINGS.items())[1:]:
         for n, name in enumerate(ANGLES):
             changed = tuple(meaning if n == other else "degrees" for other in range(3))
-            yield Slip(kind, for_one, phrase.format(name, verb="is"), {"meaning": changed})
-        if for_all:
-            yield Slip(kind, for_all, phrase.format("all angles", verb="are"), {"meaning": (meaning,) * 3})
+            yield Slip(each.kind, each.for_one, each.phrase.format(name, verb="is"), {"meaning": changed})
+        if each.for_all:
+            yield Slip(
+                each.kind, each.for_all, each.phrase.format("all angles", verb="are"), {"meaning": (meaning,) * 3}
+            )
 
 
-def _roundings():
+def _roundings() -> Iterator[Slip]:
     for decimals in range(6):
         phrase = f"the angles are rounded to {decimals} decimal{'s' * (decimals != 1)}"
         yield Slip("rounded", 0.9, phrase, {"angle_decimals": decimals})
@@ -357,12 +411,12 @@ def _roundings():
         yield Slip("rounded", 1.1, phrase, {"entry_decimals": decimals})
 
 
-def elementary(axis, angle):
+def elementary(axis: str, angle: ArrayLike) -> np.ndarray:
     """Return the passive elementary matrix about ``"X"``, ``"Y"`` or ``"Z"``, shape (..., 3, 3); radians."""
     return from_angles(PASSIVE[axis], (angle,), False)
 
 
-def matrices(factors, keys, angles):
+def matrices(factors: Sequence[Factors], keys: Sequence[Key], angles: np.ndarray) -> np.ndarray:
     """Return what `factors` make of `angles` (3,), degrees, in the products `keys`, shape (factors, keys, 3, 3)."""
     radians = np.array([each.radians(angles) for each in factors])
     elements = np.empty((len(factors), 3, 2, 3, 3))
@@ -383,14 +437,14 @@ def matrices(factors, keys, angles):
     return made
 
 
-def common_matrices(names, angles):
+def common_matrices(names: Iterable[str], angles: np.ndarray) -> np.ndarray:
     """Return the matrices of ``"right"`` or of names that `COMMON` has, shape (n, 3, 3); angles in degrees."""
     right = ((2, 1, 0), (1, 1, 1))
     keys = [COMMON.get(name, right) for name in names]
     return matrices([Factors("ZXZ")], keys, angles)[0]
 
 
-def trade_name(wording, factors):
+def trade_name(wording: Wording, factors: Factors) -> str:
     """Return whose angles these would be, as in "KUKA A B C", or an empty text.
 
     Both trades mean the frame Rz·Ry·Rx: KUKA gives the angle about Z first, Fanuc the one about X. The frame, or
@@ -404,11 +458,11 @@ def trade_name(wording, factors):
     return name if as_given and wording.key in (frame, inverse) else ""
 
 
-def written(wording, factors):
+def written(wording: Wording, factors: Factors) -> str:
     """Return the product of a misreading as text: E passive, R active elementary matrices, beside the point."""
     letter, parts = "R" if wording.active else "E", []
     for n in wording.order:
-        angle = MEANINGS[factors.meaning[n]][1].format(ANGLES[factors.source[n]])
+        angle = MEANINGS[factors.meaning[n]].written.format(ANGLES[factors.source[n]])
         if wording.signs[n] < 0:
             angle = f"−({angle})" if "°" in angle else f"−{angle}"
         if factors.kept[n]:

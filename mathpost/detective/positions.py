@@ -4,15 +4,18 @@ Forward, the joints are known and the tip is somebody's; backward, the tip and t
 are somebody's. Each of `causes.causes` is tried alone, then every two together.
 """
 
-from collections.abc import Sequence
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.detective import misreadings as reading
 from mathpost.detective.causes import Setup, causes, misread
-from mathpost.detective.misreadings import Explanation
+from mathpost.detective.misreadings import Explanation, Slip
 from mathpost.errors import InputError, as_array
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
@@ -76,7 +79,9 @@ def explain_linear(
     return _explained(kinematics, given, answer, "linear", decimals, together)
 
 
-def _explained(kinematics, given, answer, way, decimals, together=2):
+def _explained(
+    kinematics: Kinematics, given: ArrayLike, answer: ArrayLike, way: str, decimals: int | None, together: int = 2
+) -> Explanation:
     width = len(kinematics.symbols)
     numbers, target = as_array(given, width, "joints"), np.asarray(answer, dtype=object)
     wanted = 6 if way == "pose" and target.shape[-1:] == (6,) else 3
@@ -94,15 +99,19 @@ def _explained(kinematics, given, answer, way, decimals, together=2):
 
 
 @dataclass(frozen=True)
-class _Match(reading.Misread):
-    """A setup that fits, and what it gives, as text."""
+class _Match(reading.Match):
+    """A setup that fits, and what it gives, (n, 3) or (n, 6)."""
 
     setup: Setup
-    product: str
+    value: np.ndarray
 
     @property
-    def slips(self):
+    def slips(self) -> tuple[Slip, ...]:
         return self.setup.slips
+
+    @property
+    def product(self) -> str:
+        return _written(self.value[0])
 
 
 @dataclass(frozen=True)
@@ -118,21 +127,21 @@ class _Case:
     together: int  # how many causes are tried at once
 
     @property
-    def tolerance(self):
+    def tolerance(self) -> float:
         """What the digits of the answer and of what is given allow, mm."""
         lever = np.linalg.norm(self.given[:, :3], axis=1).max() + np.abs(self.target[:, :3]).max()
         lever += sum(np.linalg.norm(each.point) for each in self.machine.rotary) + self.machine.tool_length
         moved = np.deg2rad(self.halves[3:].sum()) * lever + self.halves[:3].sum()
         return 0.5 * 10.0**-self.decimals * (1 + 1e-6) + moved + 1e-9 * max(1.0, lever)
 
-    def value(self, setup, given=None):
+    def value(self, setup: Setup, given: np.ndarray | None = None) -> np.ndarray:
         """What a setup gives, (n, 3) or (n, 6)."""
         return getattr(setup, self.way)(self.given if given is None else given)[:, : self.target.shape[1]]
 
-    def fits(self, setup):
+    def fits(self, setup: Setup) -> bool:
         return np.abs(self.value(setup) - self.target).max() <= self.tolerance
 
-    def explain(self, shape):
+    def explain(self, shape: tuple[int, ...]) -> Explanation:
         right, found = Setup.right(self.machine), causes(self.machine)
         tried, matches = 1, [right] if self.fits(right) else []
         for depth in range(1, self.together + 1):
@@ -145,18 +154,18 @@ class _Case:
         share = min(1.0, 2 * self.tolerance / max(size, 1e-9)) ** (2 * len(self.given))
         if matches != [right] and tried * share > reading.CHANCE:
             matches = []
-        told = [_Match(setup, _written(self.value(setup)[0])) for setup in matches]
+        told = [_Match(setup, self.value(setup)) for setup in matches]
         groups = reading.grouped(told, self.behaviour, 100)[:MOST] if told else []
-        misreadings = tuple(reading.told(group, self.value(group[0].setup).reshape(shape)) for group in groups)
+        misreadings = tuple(reading.told(group, group[0].value.reshape(shape)) for group in groups)
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known(right)
         return Explanation(misreadings, self.tolerance, tried, note, self.travel())
 
-    def behaviour(self, match):
+    def behaviour(self, match: _Match) -> bytes:
         """What tells causes apart, whatever the input."""
         rotary = GENERIC_ANGLES[:, : len(self.machine.rotary)]
         return self.value(match.setup, np.concatenate([GENERIC, rotary], axis=1)).round(6).tobytes()
 
-    def tell_apart(self, groups):
+    def tell_apart(self, groups: list[list[_Match]]) -> str:
         """Propose the input for which the readings differ most clearly."""
         names = self.machine.joint_names if self.way == "pose" else ("x", "y", "z", *self.machine.joint_names[3:])
         best, most = None, 0
@@ -172,7 +181,7 @@ class _Case:
         results = "; ".join(f"{g[0].sentence}: {_written(v)}" for g, v in zip(groups, values, strict=True))
         return f"{len(groups)} readings give the same number here. To tell them apart, try {asked}: {results}."
 
-    def what_is_known(self, right):
+    def what_is_known(self, right: Setup) -> str:
         """How far somebody's answer is from the right one."""
         value = self.value(right)
         off = self.target - value
@@ -181,12 +190,12 @@ class _Case:
             return f"{said}, the same in every row: a constant offset."
         return f"{said}."
 
-    def travel(self):
+    def travel(self) -> tuple[str, ...]:
         """Which of the given rotary words are outside travel."""
         return rotary_travel(self.machine, self.given[:, 3:])
 
 
-def rotary_travel(machine: Machine, angles: Sequence) -> tuple[str, ...]:
+def rotary_travel(machine: Machine, angles: np.ndarray) -> tuple[str, ...]:
     """Return a sentence for each rotary word, (n, k) in degrees, that is outside travel, once."""
     said = []
     for row in angles:
@@ -197,7 +206,7 @@ def rotary_travel(machine: Machine, angles: Sequence) -> tuple[str, ...]:
     return tuple(dict.fromkeys(said))
 
 
-def _written(values):
+def _written(values: Iterable[float]) -> str:
     names = ("X", "Y", "Z", "i", "j", "k")
     pairs = zip(names, values, strict=False)
     return " ".join(f"{name} {float(f'{value:z.4f}'):g}" for name, value in pairs)

@@ -4,11 +4,16 @@ The machine's own inverse gives both branches for the CL data; a misreading chan
 lost sign, exchanged components) and the two angles that come out (sign, zero position, branch, unit, exchanged).
 """
 
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, permutations, product
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost import chain
 from mathpost.detective import misreadings as reading
@@ -17,6 +22,9 @@ from mathpost.detective.misreadings import Explanation, Misreading, Slip
 from mathpost.detective.positions import rotary_travel
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import unit, wrap
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
 
 COMPONENTS = "ijk"
 ZERO_POSITIONS = (0, 180, 90, -90)
@@ -29,6 +37,7 @@ UNITS = {  # what an angle in degrees was multiplied by: how it is written, whos
 APART = 0.05  # degrees between what two misreadings give, to be told apart
 PROBES = np.array([(20, 30), (40, -60), (-30, 110), (60, 75), (-20, 35)])  # degrees
 GENERIC = np.array([(31.3, 47.9), (-23.7, 104.1)])  # degrees
+Branches = tuple[tuple[int, ...], ...]  # for each rotary axis that of each row
 
 
 @dataclass(frozen=True)
@@ -39,14 +48,16 @@ class _Change:
     sign: int
     offset: int
     factor: float
-    slips: tuple
+    slips: tuple[Slip, ...]
 
-    def text(self, branch):
+    def text(self, branch: Sequence[int]) -> str:
         shift = f" {'+' if self.offset > 0 else '−'} {abs(self.offset)}°" if self.offset else ""
         return f"{'−' if self.sign < 0 else ''}{self.name}{_index(branch)}{shift}{UNITS[self.factor][0]}"
 
 
-def explain_joints(kinematics, axis, angles, *, decimals=None):
+def explain_joints(
+    kinematics: Kinematics, axis: ArrayLike, angles: ArrayLike, *, decimals: int | None = None
+) -> Explanation:
     """Return the misreadings of a tool axis and a machine that give someone's rotary angles, the simplest first.
 
     Right is any pair of angles that makes the tool axis, on either branch. Angles that differ by whole turns are
@@ -81,21 +92,21 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
 
 
 @dataclass(frozen=True)
-class _Match(reading.Misread):
+class _Match(reading.Match):
     """A misreading that fits: what was done to the tool axis, to each angle, on which branch of each."""
 
-    slips: tuple
-    components: list
+    components: list[int]
     signs: np.ndarray
     exchanged: bool
-    changes: tuple
-    branches: tuple
+    changes: tuple[_Change, ...]
+    branches: Branches
+    slips: tuple[Slip, ...] = ()
 
     @property
-    def product(self):
+    def product(self) -> str:
         return ", ".join(map(_Change.text, self.changes, self.branches))
 
-    def value(self, kinematics, axis):
+    def value(self, kinematics: Kinematics, axis: np.ndarray) -> np.ndarray:
         """The angles that it gives for tool axes of shape (n, 3): shape (n, 2), degrees."""
         joints = kinematics.inverse(np.zeros(3), axis[:, self.components] * self.signs, degrees=True)[..., 3:]
         angles = [
@@ -109,18 +120,20 @@ class _Match(reading.Misread):
 class JointCase:
     """One question: CL tool axes, someone's angles, and the precision of both."""
 
-    kinematics: object
+    kinematics: Kinematics
     axis: np.ndarray
     given: np.ndarray
     half_digit: float
     axis_half_digit: float
 
     @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
         return self.kinematics.machine.joint_names[3:]
 
-    def explain(self, shape):
-        tried, matches, alone = 0, [], [[] for _ in self.names]
+    def explain(self, shape: tuple[int, ...]) -> Explanation:
+        tried = 0
+        matches: list[_Match] = []
+        alone: list[list[tuple[Slip, ...]]] = [[] for _ in self.names]
         swapped = slip("names", f"{' and '.join(self.names)} stand in each other's place")
         for axis_slips, components, signs in _axis_misreadings():
             values, spread = self.both_branches(self.axis[:, components] * signs)
@@ -136,21 +149,21 @@ class JointCase:
                     branches, extra = self.branches(*rows)
                     if branches:
                         all_slips = (*slips, *(each for change in changes for each in change.slips), *extra)
-                        matches.append(_Match(all_slips, components, signs, exchanged, changes, branches))
+                        matches.append(_Match(components, signs, exchanged, changes, branches, all_slips))
                 for joint in range(len(self.names)):
                     alone[joint] += [(*slips, *change.slips) for change in fits[joint]] if not exchanged else []
         if self.makes_the_axis().all() or any(match.cost == 0 for match in matches):
             return Explanation((self.right(shape),), self.half_digit, tried, "", self.travel())
         return self.verdict(matches, alone, tried, shape)
 
-    def makes_the_axis(self):
+    def makes_the_axis(self) -> np.ndarray:
         """Whether the machine at the given angles points the tool along the CL axis, to the digits of both."""
         joints = np.concatenate([np.zeros((len(self.given), 3)), self.given], axis=1)
         made = self.kinematics.forward(joints, degrees=True)[1]
         allowed = 2 * np.deg2rad(self.half_digit) + 3 * self.axis_half_digit + 1e-9
         return np.linalg.norm(made - unit(self.axis), axis=1) <= allowed
 
-    def both_branches(self, axis):
+    def both_branches(self, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """All branches, (n, k, k) of k axes in degrees, and how far the last digits of the input may move them."""
         near = axis[:, None, :] + np.array([(0, 0, 0), *product((-1, 1), repeat=3)]) * self.axis_half_digit
         near = np.concatenate([near, self.not_normalised(axis)[:, None, :]], axis=1)
@@ -159,7 +172,7 @@ class JointCase:
         spread = np.abs(wrap(joints - values[:, None]))
         return values, np.nan_to_num(spread).max(axis=1)
 
-    def not_normalised(self, axis):
+    def not_normalised(self, axis: np.ndarray) -> np.ndarray:
         """The unit vectors with the component along the workpiece-side axis that `axis` has, not normalised."""
         (workpiece_side, *_), *_ = chain.between(self.kinematics.machine)
         u = unit(np.array(workpiece_side.axis, dtype=float))
@@ -170,7 +183,9 @@ class JointCase:
         is_rounded = np.abs(np.linalg.norm(axis, axis=1, keepdims=True) - 1) < 4 * self.axis_half_digit
         return np.where(is_rounded & (length > 0), printed, axis)
 
-    def fits(self, values, spread, given, joint):
+    def fits(
+        self, values: np.ndarray, spread: np.ndarray, given: np.ndarray, joint: int
+    ) -> dict[_Change, np.ndarray]:
         """The changes of one angle that give what was written, with the rows and branches where they do, (n, 2)."""
         found = {}
         for change in _changes(self.names[joint]):
@@ -180,7 +195,9 @@ class JointCase:
                 found[change] = fit
         return found
 
-    def branches(self, first, second=None):
+    def branches(
+        self, first: np.ndarray, second: np.ndarray | None = None
+    ) -> tuple[Branches | None, tuple[Slip, ...]]:
         """The branch of each angle on each row, and the slip if they differ; None if they do not go together."""
         if second is None:
             return ((0,) * len(first),), ()
@@ -191,7 +208,7 @@ class JointCase:
                 return (tuple(branch.tolist()), tuple((branch ^ apart).tolist())), (slip,) * apart
         return None, ()
 
-    def right(self, shape):
+    def right(self, shape: tuple[int, ...]) -> Misreading:
         """What is right: the branch and the turns that each row has."""
         values, _ = self.both_branches(self.axis)
         branch = np.argmin(np.abs(wrap(self.given[:, None] - values)).max(axis=2), axis=1)
@@ -206,7 +223,9 @@ class JointCase:
             parts.append(text)
         return Misreading("right", ", ".join(parts), (), chosen.reshape(shape), (), 0.0)
 
-    def verdict(self, matches, alone, tried, shape):
+    def verdict(
+        self, matches: list[_Match], alone: list[list[tuple[Slip, ...]]], tried: int, shape: tuple[int, ...]
+    ) -> Explanation:
         """Rank the matches and group those that are the same for every tool axis."""
         # How many accidental matches there may be among the misreadings that are no more far-fetched.
         share = (self.half_digit / 180) ** (len(self.names) * len(self.axis))
@@ -221,11 +240,11 @@ class JointCase:
             note += f" Right is {self.both_ways()}.{self.zero()}"
         return Explanation(misreadings, self.half_digit, tried, note, self.travel())
 
-    def travel(self):
+    def travel(self) -> tuple[str, ...]:
         """Which of someone's angles are outside travel."""
         return rotary_travel(self.kinematics.machine, self.given)
 
-    def tell_apart(self, groups):
+    def tell_apart(self, groups: list[list[_Match]]) -> str:
         """Propose the tool axis for which the misreadings differ most clearly, and what each then gives."""
         count, best, most = len(groups), None, 0
         for probe in self.made(PROBES):
@@ -244,18 +263,18 @@ class JointCase:
             f"{count} misreadings give the same angles here. To tell them apart, try the tool axis {asked}: {told}."
         )
 
-    def made(self, angles):
+    def made(self, angles: np.ndarray) -> np.ndarray:
         """The tool axes that the machine makes at rotary angles, rows in degrees."""
         rotary = angles[:, : len(self.names)]
         joints = np.concatenate([np.zeros((len(rotary), 3)), rotary], axis=1)
         return self.kinematics.forward(joints, degrees=True)[1]
 
     @staticmethod
-    def one_row(match, count=1):
+    def one_row(match: _Match, count: int = 1) -> _Match:
         """The match with the branches that its first row has, for so many rows."""
         return replace(match, branches=tuple(branch[:1] * count for branch in match.branches))
 
-    def zero(self):
+    def zero(self) -> str:
         """What the angles are off by on a branch, if that is a constant which an axis or a row confirms."""
         values, spread = self.both_branches(self.axis)
         off, slack = wrap(self.given[:, None] - values), spread + self.half_digit
@@ -267,19 +286,19 @@ class JointCase:
             return f" Off by a constant, as a zero point is: {said}."
         return ""
 
-    def both_ways(self):
+    def both_ways(self) -> str:
         """The right angles of the first row, on either branch."""
         values, _ = self.both_branches(self.axis[:1])
         said = (" ".join(f"{name} {x:z.4f}" for name, x in zip(self.names, row, strict=True)) for row in values[0])
         return ", or ".join(dict.fromkeys(said)) if np.isfinite(values).all() else "none: it is out of reach"
 
-    def angles_of(self, match):
+    def angles_of(self, match: _Match) -> Hashable:
         """What tells misreadings apart, whatever the tool axis."""
         one_row = self.one_row(match, len(GENERIC))
         generic = np.round(wrap(one_row.value(self.kinematics, self.made(GENERIC))), 6) % 360
         return generic.tobytes() if np.isfinite(generic).all() else match.slips
 
-    def one_by_one(self, name, found):
+    def one_by_one(self, name: str, found: Iterable[tuple[Slip, ...]]) -> str:
         """What explains one angle alone: one slip at most, as one number fits many misreadings by accident."""
         simple = sorted((slips for slips in found if len(slips) <= 1), key=len)
         if not simple:
@@ -287,12 +306,12 @@ class JointCase:
         return f"{name} alone: {simple[0][0].phrase if simple[0] else 'right'}."
 
 
-def _index(branch):
+def _index(branch: Sequence[int]) -> str:
     """The branch that all rows are on, as it is written behind the name of a joint."""
     return "₁₂"[branch[0]] if len(set(branch)) == 1 else ""
 
 
-def _axis_misreadings():
+def _axis_misreadings() -> Iterator[tuple[list[Slip], list[int], np.ndarray]]:
     """Misreadings of the tool axis: slips, which component stands in which place, and their signs."""
     for components, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
         moved = [COMPONENTS[n] for n in range(3) if components[n] != n]
@@ -306,7 +325,7 @@ def _axis_misreadings():
 
 
 @lru_cache(maxsize=32)
-def _changes(name):
+def _changes(name: str) -> list[_Change]:
     """What may have been done to the angle of the joint `name`: a list of `_Change`."""
     changes = []
     for sign, offset, factor in product((1, -1), ZERO_POSITIONS, UNITS):

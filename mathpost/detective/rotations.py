@@ -4,17 +4,20 @@ Three numbers are angles in degrees about the axes of a sequence, as `mathpost.e
 scalar first; nine, or three rows of three, an active matrix. They are compared as rotations, not number by number.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, permutations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost import euler
 from mathpost.detective import misreadings as reading
 from mathpost.detective.causes import slip
-from mathpost.detective.misreadings import Explanation, Slip
+from mathpost.detective.misreadings import Explanation, Misreading, Slip
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import as_rotation
 
@@ -65,7 +68,7 @@ class _Said:
     half_digit: float  # of its last decimal; of angles in radians
 
     @classmethod
-    def of(cls, values, sequence, where):
+    def of(cls, values: ArrayLike, sequence: str, where: str) -> _Said:
         flat = np.ravel(np.asarray(values, dtype=object))
         kinds = {3: "angles", 4: "quaternion", 9: "matrix"}
         if len(flat) not in kinds:
@@ -80,12 +83,12 @@ class _Said:
         return cls(kind, numbers, sequence, np.deg2rad(half) if kind == "angles" else half)
 
     @property
-    def allowed(self):
+    def allowed(self) -> float:
         """How far an entry of its matrix may be off by its digits."""
         return {"angles": 3, "quaternion": 4, "matrix": 1}[self.kind] * self.half_digit * (1 + 1e-6) + 1e-9
 
 
-def _near_rotation(matrix, half, where):
+def _near_rotation(matrix: np.ndarray, half: float, where: str) -> None:
     """Coarsely written matrices are rotations, too; the nearest one is meant."""
     left, _, right = np.linalg.svd(matrix)
     nearest = left @ right
@@ -98,14 +101,14 @@ def _near_rotation(matrix, half, where):
 class _Reading(reading.Misread):
     """A way to read a rotation: axes, order, signs and unit of angles, the order of a quaternion, the inverse."""
 
-    slips: tuple = ()
+    slips: tuple[Slip, ...] = ()
     sequence: str = ""
-    source: tuple = (0, 1, 2)
-    factor: tuple = (1.0, 1.0, 1.0)
+    source: tuple[int, ...] = (0, 1, 2)
+    factor: tuple[float, ...] = (1.0, 1.0, 1.0)
     shift: int = 0
     inverse: bool = False
 
-    def matrix(self, kind, values):
+    def matrix(self, kind: str, values: np.ndarray) -> np.ndarray:
         """What it makes of the numbers."""
         if kind == "angles":
             made = euler.matrix(self.sequence, values[list(self.source)] * self.factor, degrees=True)
@@ -117,23 +120,23 @@ class _Reading(reading.Misread):
 
 
 @dataclass(frozen=True)
-class _Match(reading.Misread):
+class _Match(reading.Match):
     """A reading of the given rotation and one of the answer that agree."""
 
     given: _Reading
     answer: _Reading
 
     @property
-    def slips(self):
+    def slips(self) -> tuple[Slip, ...]:
         return (*self.given.slips, *self.answer.slips)
 
     @property
-    def product(self):
+    def product(self) -> str:
         words = ["".join(self.given.sequence)] if self.given.sequence else []
         return ", ".join([*words, "transposed"] if self.given.inverse else words)
 
 
-def _sequences(sequence: str) -> Iterator[tuple[str, tuple]]:
+def _sequences(sequence: str) -> Iterator[tuple[str, tuple[Slip, ...]]]:
     """Every sequence, with its slip."""
     yield sequence, ()
     other = sequence.lower() if sequence.isupper() else sequence.upper()
@@ -191,7 +194,7 @@ def _readings(said: _Said, *, simple: bool) -> list[_Reading]:
     return [_Reading((), said.sequence)] if simple else list(_of_angles(said.sequence))
 
 
-def _compared(given, answer):
+def _compared(given: _Said, answer: _Said) -> Explanation:
     transposed = slip("transposed", "it is the inverse, the transposed matrix")
     allowed = given.allowed + answer.allowed
     ways = _readings(given, simple=False)
@@ -210,8 +213,8 @@ def _compared(given, answer):
     right = [match for match in matches if not match.slips]
     if right:
         value = right[0].given.matrix(given.kind, given.values)
-        same = reading.Misreading("the same rotation", "", (), value, (), 0.0)
-        return Explanation((_Plain(same),), allowed, tried, _twins(given, answer))
+        same = _Plain("the same rotation", "", (), value, (), 0.0)
+        return Explanation((same,), allowed, tried, _twins(given, answer))
     if matches and tried * min(1.0, allowed) ** 3 > reading.CHANCE:
         matches = []
     matches.sort(key=reading.COST)
@@ -221,26 +224,22 @@ def _compared(given, answer):
     return Explanation(told, allowed, tried, "\n".join(notes))
 
 
-class _Plain:
+class _Plain(Misreading):
     """A misreading that is none, said without a product."""
 
-    def __init__(self, same):
-        self.__dict__.update(vars(same))
-
-    def __str__(self):
+    def __str__(self) -> str:
         return self.sentence
 
 
-def _in_the_answer(slips):
+def _in_the_answer(slips: Iterable[Slip]) -> tuple[Slip, ...]:
     return tuple(Slip(each.kind, each.cost + 0.01, f"in the answer {each.phrase}") for each in slips)
 
 
-def _inverted(way, also):
-    values = {name: getattr(way, name) for name in ("sequence", "source", "factor", "shift")}
-    return _Reading((*way.slips, also), inverse=True, **values)
+def _inverted(way: _Reading, also: Slip) -> _Reading:
+    return replace(way, slips=(*way.slips, also), inverse=True)
 
 
-def _behaviour(match, given):
+def _behaviour(match: _Match, given: _Said) -> tuple[bytes, tuple[Slip, ...]]:
     """What tells readings apart, whatever the numbers."""
     generic = {"angles": GENERIC, "quaternion": GENERIC_QUATERNION}.get(given.kind, given.values)
     made = match.given.matrix(given.kind, generic)
@@ -248,7 +247,7 @@ def _behaviour(match, given):
     return (made.round(9) + 0.0).tobytes(), of_answer
 
 
-def _twins(given, answer):
+def _twins(given: _Said, answer: _Said) -> str:
     """What two different triples of one rotation have to do with each other."""
     if given.kind != "angles" or answer.kind != "angles" or given.sequence != answer.sequence:
         return ""
@@ -261,7 +260,7 @@ def _twins(given, answer):
     return f"Every rotation has two triples: the other one is {other}, and whole turns may be added."
 
 
-def _difference(given, answer):
+def _difference(given: _Said, answer: _Said) -> str:
     """How far the two are apart, and what they have in common."""
     first = _readings(given, simple=True)[0].matrix(given.kind, given.values)
     second = _readings(answer, simple=True)[0].matrix(answer.kind, answer.values)
@@ -274,7 +273,7 @@ def _difference(given, answer):
     return said + (f" Both have the same {same[0]} axis{tool}." if same else "")
 
 
-def _tell_apart(groups, given):
+def _tell_apart(groups: list[list[_Match]], given: _Said) -> str:
     """Propose numbers for which the readings differ, and where each then takes a point."""
     probes = {"angles": PROBES, "quaternion": QUATERNION_PROBES}.get(given.kind, ())
     for probe in probes:

@@ -186,6 +186,12 @@ def test_written_decimals_keep_zeros_of_text():
     assert explain(ANGLES, POINT, ("-4.4907", "4.9497", "2.3094")).tolerance == pytest.approx(0.5e-4, rel=1e-3)
 
 
+@pytest.mark.parametrize("value", ["nan", "inf", float("nan"), -np.inf, "4,95"])
+def test_digits_of_what_is_no_finite_number_are_refused(value):
+    with pytest.raises(InputError, match="finite numbers"):
+        written_decimals([1.5, value])
+
+
 @pytest.mark.parametrize(
     ("arguments", "where"),
     [
