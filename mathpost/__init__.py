@@ -49,5 +49,5 @@ def __getattr__(name: str) -> Any:
     return found
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted({*globals(), *_OFFERED})

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any, NoReturn
 
 try:
     import resource
@@ -45,7 +46,7 @@ def bounded(seconds: float = SECONDS, memory: int = MEMORY) -> Iterator[None]:
 
 
 @contextmanager
-def _time(seconds):
+def _time(seconds: float) -> Iterator[None]:
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -54,7 +55,7 @@ def _time(seconds):
         yield
         return
 
-    def stop(*_):
+    def stop(*_: Any) -> NoReturn:
         raise TooLarge(f"more than {seconds:g} s")
 
     before = signal.signal(signal.SIGPROF, stop)
@@ -70,7 +71,7 @@ def _time(seconds):
 
 
 @contextmanager
-def _memory(size):
+def _memory(size: int) -> Iterator[None]:
     try:
         with open("/proc/self/statm", encoding="ascii") as file:
             held = int(file.read().split()[5]) * resource.getpagesize()

@@ -6,7 +6,7 @@ the same turn forwards, and the three slides are one translation between the two
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from typing import TYPE_CHECKING
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from mathpost.machine import Machine, Rotary
 
 
+Vectors = Callable[[str, Sequence[float]], sp.Matrix]  # from a symbol's name and the numbers in the machine file
+
+
 @dataclass(frozen=True)
 class Link:
     """One factor of the chain: its name, and the 4×4 matrix in the joint symbols."""
@@ -40,8 +43,8 @@ class Geometry:
     Directions and points of the rotary axes are dicts by joint name; the vectors are 3×1 matrices.
     """
 
-    axis: dict
-    point: dict
+    axis: dict[str, sp.Matrix]
+    point: dict[str, sp.Matrix]
     origin: sp.Matrix
     tool_axis: sp.Matrix
     tool_length: sp.Expr
@@ -59,8 +62,7 @@ class Geometry:
         return cls._of(machine, sp.Symbol("L", real=True), *[lambda name, _: _symbol_vector(name)] * 2)
 
     @classmethod
-    def _of(cls, machine, length, direction, vector):
-        """`direction` and `vector` take the name of a symbol and the numbers in the machine file."""
+    def _of(cls, machine: Machine, length: sp.Expr, direction: Vectors, vector: Vectors) -> Geometry:
         tool_axis = direction("t", machine.tool_axis)
         named = {"tip": -length * tool_axis, "nose": sp.zeros(3, 1)}
         point = machine.programmed_point
@@ -70,7 +72,7 @@ class Geometry:
             origin=vector("o", machine.origin),
             tool_axis=tool_axis,
             tool_length=length,
-            programmed_point=named[point] if point in named else vector("r", point),
+            programmed_point=named[point] if isinstance(point, str) else vector("r", point),
         )
 
     def flat(self) -> list[sp.Expr]:
@@ -188,15 +190,15 @@ def product(matrices: Iterable[sp.Matrix]) -> sp.Matrix:
     return reduce(_times, matrices)
 
 
-def _times(left, right):
-    def entry(row, column):
+def _times(left: sp.Matrix, right: sp.Matrix) -> sp.Matrix:
+    def entry(row: Sequence[sp.Expr], column: Sequence[sp.Expr]) -> sp.Expr:
         return sp.Add(*(a * b for a, b in zip(row, column, strict=True) if a != 0 and b != 0))
 
     columns = right.T.tolist()
     return sp.ImmutableMatrix([[entry(row, column) for column in columns] for row in left.tolist()])
 
 
-def _from_z_to(axis):
+def _from_z_to(axis: sp.Matrix) -> sp.Matrix:
     """The rotation by the shortest way from ez to the unit vector `axis`: the tool frame's axes."""
     z = sp.Matrix([0, 0, 1])
     if axis == -z:
@@ -205,7 +207,7 @@ def _from_z_to(axis):
     return sp.eye(3) + cross + cross * cross / (1 + axis[2])
 
 
-def _exact(number):
+def _exact(number: float) -> sp.Expr:
     return sp.Rational(repr(float(number)))
 
 
@@ -225,7 +227,7 @@ def vector_symbols(name: str) -> list[sp.Symbol]:
     return sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True)
 
 
-def _symbol_vector(name):
+def _symbol_vector(name: str) -> sp.Matrix:
     return sp.Matrix(vector_symbols(name))
 
 

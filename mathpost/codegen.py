@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
 import sympy as sp
 from sympy.printing.c import C99CodePrinter
+from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.jscode import JavascriptCodePrinter
 
 from mathpost import chain
@@ -65,13 +67,13 @@ def function(
     return "\n".join([head.format(name=name), *lines, *(["    return out;"] if language == "js" else []), "}"])
 
 
-class _Doubles:
+class _Doubles(CodePrinter):
     """Constants with all digits of a double, squares as products, roots as such."""
 
-    def _print_Float(self, number):
+    def _print_Float(self, number: sp.Float) -> str:
         return repr(float(number))
 
-    def _print_Pow(self, power):
+    def _print_Pow(self, power: sp.Pow) -> str:
         if power.exp == 2 and power.base.is_Symbol:
             return f"{power.base}*{power.base}"
         if power.exp == -sp.S.Half:
@@ -120,11 +122,11 @@ def body(kin: Kinematics, *, jacobian: bool = True) -> str:
     return f"const bodies = [{names}];\n\n{_printed(kin, 'js', jacobian)}"
 
 
-def _printed(kin, language, jacobian=True):
+def _printed(kin: Kinematics, language: str, jacobian: bool = True) -> str:
     """All functions of a machine in one language, and the inverse, which calls them."""
     functions = "\n\n".join(
-        function(name, outputs, arguments, language, *named)
-        for name, (outputs, arguments, *named) in _functions(kin, jacobian).items()
+        function(name, printed.outputs, printed.arguments, language, printed.named)
+        for name, printed in _functions(kin, jacobian).items()
     )
     inverse = "inverse_of_one" if kin.tool_side is None else "inverse"
     template = Template(read_text(TEMPLATES / f"{inverse}.{language}"))
@@ -134,28 +136,37 @@ def _printed(kin, language, jacobian=True):
     return f"{functions}\n\n{filled}"
 
 
-def _functions(kin, jacobian=True):
-    """What both languages compute: name to outputs, arguments and, of the inverse, what names stand for."""
+@dataclass(frozen=True)
+class _Function:
+    """What a printed function computes of what; `named` as in `function`."""
+
+    outputs: Sequence[sp.Expr]
+    arguments: tuple[sp.Symbol, ...]
+    named: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
+
+
+def _functions(kin: Kinematics, jacobian: bool = True) -> dict[str, _Function]:
+    """What both languages compute, by name."""
     derived, matrix = kin.inverse_symbolic, kin.forward_symbolic()
     pose = [*matrix[:3, 3], *matrix[:3, 2]]
     slopes = [*sp.Matrix(pose).jacobian(kin.symbols)] if jacobian else []
     places = [entry for _, place in chain.bodies(kin.machine) for entry in place[:3, :]]
     return {
-        "places": (places, kin.symbols),
-        "forward": (pose, kin.symbols),
-        **({"jacobian": (slopes, kin.symbols)} if jacobian else {}),
-        "close_loop": (derived.linear, (*derived.tip, *kin.symbols[3:])),
-        **({"reach": ((derived.below, derived.above), derived.axis)} if derived.solutions else {}),
-        "solve": solved(derived, kin.symbols[3:]),
+        "places": _Function(places, kin.symbols),
+        "forward": _Function(pose, kin.symbols),
+        **({"jacobian": _Function(slopes, kin.symbols)} if jacobian else {}),
+        "close_loop": _Function(derived.linear, (*derived.tip, *kin.symbols[3:])),
+        **({"reach": _Function((derived.below, derived.above), derived.axis)} if derived.solutions else {}),
+        "solve": _Function(*solved(derived, kin.symbols[3:])),
     }
 
 
-def _title(kin):
+def _title(kin: Kinematics) -> str:
     name = re.sub(r"[^\w ,.()+-]|_", " ", kin.machine.name)  # nothing that could end a comment
     return f"{name} ({kin.machine.arrangement})"
 
 
-def _header(kin):
+def _header(kin: Kinematics) -> tuple[str, ...]:
     joints, derived = ", ".join(kin.machine.joint_names), kin.inverse_symbolic
     bodies = ", ".join(name for name, _ in chain.bodies(kin.machine))
     one, count = derived.tool_side is None, len(kin.symbols)
@@ -178,7 +189,7 @@ def _header(kin):
     )
 
 
-def _latex(kin):
+def _latex(kin: Kinematics) -> str:
     """An article: the links, the pose with its Jacobian, and the inverse; each section with its own s and t."""
     derived, functions = kin.inverse_symbolic, _functions(kin)
     header = [line.strip(" *") for line in _header(kin)]
@@ -191,8 +202,8 @@ def _latex(kin):
     first = f"{derived.tool_side} on both branches, then " if tool_side else ""
     sections = {
         "The links, from the workpiece to the tool": [(rf"\text{{{x.name}}}", x.matrix) for x in kin.links()],
-        "Forward: tip and tool axis": _shared(pose, functions["forward"][0]),
-        "Jacobian of the pose": _shared(slopes, functions["jacobian"][0]),
+        "Forward: tip and tool axis": _shared(pose, functions["forward"].outputs),
+        "Jacobian of the pose": _shared(slopes, functions["jacobian"].outputs),
         f"Inverse: {first}{derived.workpiece_side}, then X Y Z": inverse,
     }
     name = _title(kin).encode("ascii", "ignore").decode()
@@ -208,12 +219,12 @@ def _latex(kin):
     return "\n".join([*lines, r"\end{document}", ""])
 
 
-def _tex(expression):
+def _tex(expression: sp.Basic) -> str:
     written = sp.latex(expression, fold_func_brackets=True, symbol_names={BELOW: "r_{-}", ABOVE: "r_{+}"})
     return written.replace(r"\operatorname{atan}_{2}", r"\operatorname{atan2}")
 
 
-def _shared(names, outputs, letter="t"):
+def _shared(names: Iterable[str], outputs: Iterable[sp.Expr], letter: str = "t") -> list[tuple[str, sp.Expr]]:
     """Pairs of name and expression, the common parts first as t_0, t_1, …"""
     common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols(f"{letter}_"))
     return [(_tex(symbol), value) for symbol, value in common] + list(zip(names, results, strict=True))

@@ -7,6 +7,7 @@ shape (..., 3, 3): their columns are the axes of the turned frame. `InputError` 
 for what is not finite numbers of the shape stated, a matrix that is no rotation and a direction of length zero.
 """
 
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import Any
 
@@ -107,7 +108,7 @@ def twin(sequence: str, angles: ArrayLike, *, degrees: bool = False) -> np.ndarr
     return wrap(np.stack([first + turn / 2, middle, third + turn / 2], axis=-1), turn)
 
 
-def _intrinsic(sequence):
+def _intrinsic(sequence: str) -> tuple[str, int]:
     """The intrinsic sequence that means the same, and the step through its angles: −1 if it was extrinsic."""
     if sequence in SEQUENCES:
         return sequence, 1
@@ -118,12 +119,12 @@ def _intrinsic(sequence):
 
 
 @lru_cache(maxsize=12)
-def _turns(letters):
-    i, j, k = map(ACTIVE.get, letters)
+def _turns(letters: str) -> Callable[..., sp.Matrix]:
+    i, j, k = (ACTIVE[letter] for letter in letters)
     return lambda a, b, c: i(a) * j(b) * k(c)
 
 
-def _entries(matrices):
+def _entries(matrices: np.ndarray) -> np.ndarray:
     """The nine entries, row by row, of matrices of shape (..., 3, 3): shape (9, ...)."""
     return np.moveaxis(matrices.reshape(*matrices.shape[:-2], 9), -1, 0)
 
@@ -176,12 +177,12 @@ def expressions(sequence: str, matrix: sp.Matrix, *, lock: str = "third") -> tup
 
 
 @lru_cache(maxsize=48)
-def _compiled(sequence, lock):
+def _compiled(sequence: str, lock: str) -> Callable[..., np.ndarray]:
     m = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True))
     return numeric(expressions(sequence, m, lock=lock), tuple(m))
 
 
-def _read(sequence, lock, matrices):
+def _read(sequence: str, lock: str, matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The angles, shape (..., 3), of matrices of shape (..., 3, 3), and the sine that is zero at the lock."""
     _intrinsic(sequence)
     found = _compiled(sequence, lock)(*_entries(matrices))
@@ -189,7 +190,9 @@ def _read(sequence, lock, matrices):
     return np.where(angles == -np.pi, np.pi, angles) + 0.0, found[..., 3]  # atan2 gives −180° for −0
 
 
-def _sine_and_cosine(angle, pattern, entries):
+def _sine_and_cosine(
+    angle: sp.Symbol, pattern: Iterable[sp.Expr], entries: Iterable[sp.Expr]
+) -> tuple[sp.Expr, sp.Expr]:
     """The two of `entries` where `pattern` has the sine and the cosine of `angle`, with the pattern's signs."""
     pairs = list(zip(pattern, entries, strict=True))
     eighth = {symbol: sp.pi / 4 for symbol in sp.Matrix(pattern).free_symbols}
@@ -272,7 +275,7 @@ _ENTRIES = sp.symbols("m:3:3", real=True)
 
 
 @lru_cache(maxsize=1)
-def _quaternion_products():
+def _quaternion_products() -> sp.Matrix:
     """4·q·qᵀ in the entries of a matrix M: the identity and half the Hessian of ΣM·R(q) by q (Horn 1987)."""
     together = sp.Matrix(_ENTRIES).dot(QUATERNION_MATRIX.reshape(9, 1))
     return sp.ImmutableMatrix(sp.eye(4) + sp.hessian(together, QUATERNION) / 2)

@@ -99,7 +99,7 @@ def write_bytes(path: Path | str, content: bytes, *, inputs: Iterable[Path | str
             temporary.unlink()
 
 
-def _may_be_replaced(path, inputs):
+def _may_be_replaced(path: Path, inputs: Iterable[Path | str]) -> None:
     if not path.is_file():
         raise OutputError(f"{path}: not written, it is no regular file")
     if any(os.path.exists(each) and path.samefile(each) for each in inputs):

@@ -3,13 +3,14 @@
 import logging
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from functools import cache, lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 from sympy.printing.numpy import NumPyPrinter
 
 from mathpost.errors import InputError
@@ -29,7 +30,7 @@ def from_angles(build: Callable, angles: Sequence[Any], degrees: bool) -> Any:
 
 
 @lru_cache(maxsize=256)
-def _built(build, count):
+def _built(build: Callable, count: int) -> Callable[..., np.ndarray]:
     symbols = sp.symbols(f"angle:{count}", real=True)
     return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)
 
@@ -62,15 +63,15 @@ def numeric(
     common = partial(shared, named=named)
     compiled = sp.lambdify(arguments, entries, "numpy", printer, cse=common, use_imps=False, docstring_limit=0)
 
-    def evaluate(*values):
-        values = [np.asarray(value, dtype=float) for value in values]
-        if len({value.shape for value in values if value.ndim}) > 1:
-            values = np.broadcast_arrays(*values)
-        over = max((value.shape for value in values), key=len)  # a single number among arrays stays one
-        flat = [value.reshape(-1) if value.ndim else value for value in values]
+    def evaluate(*values: ArrayLike) -> np.ndarray:
+        arrays: Sequence[np.ndarray] = [np.asarray(value, dtype=float) for value in values]
+        if len({array.shape for array in arrays if array.ndim}) > 1:
+            arrays = np.broadcast_arrays(*arrays)
+        over = max((array.shape for array in arrays), key=len)  # a single number among arrays stays one
+        flat = [array.reshape(-1) if array.ndim else array for array in arrays]
         result = np.empty((len(entries), math.prod(over)))
         for rows in slices(result.shape[1:]):
-            for index, entry in enumerate(compiled(*(value[rows] if value.ndim else value for value in flat))):
+            for index, entry in enumerate(compiled(*(array[rows] if array.ndim else array for array in flat))):
                 result[index, rows] = entry
         return result.T.reshape(*over, *shape)
 
@@ -101,28 +102,36 @@ def shared(
     return values.written(results, symbols or sp.numbered_symbols("common"))
 
 
-class _Values:
-    """Values numbered as they are met, each a leaf or an operation on values before it (value numbering).
+Operand = tuple[int, int]  # a sign, and the number of a value
 
-    An operand is a pair of a sign and the number of a value.
-    """
+
+class Operation(NamedTuple):
+    """A function of values before it, in their order; the exponent of a power."""
+
+    function: type[sp.Basic]
+    operands: list[Operand]
+    exponent: sp.Expr | None
+
+
+class _Values:
+    """Values numbered as they are met, each a leaf or an operation on values before it (value numbering)."""
 
     ODD = (sp.sin, sp.tan, sp.asin, sp.atan)
 
-    def __init__(self, meaning):
+    def __init__(self, meaning: dict[sp.Symbol, sp.Expr]) -> None:
         self.meaning = meaning
-        self.met = {}  # expression to operand
-        self.numbers = {}  # leaf, or operation on sorted operands, to number
-        self.values = []  # by number: a leaf, or a function, its operands in their order, the exponent of a power
+        self.met: dict[sp.Expr, Operand] = {}
+        self.numbers: dict[Hashable, int] = {}  # of a leaf, or an operation on sorted operands
+        self.values: list[sp.Expr | Operation] = []  # by number
 
-    def signed(self, expression):
+    def signed(self, expression: sp.Expr) -> Operand:
         """The operand that an expression is."""
         expression = self.meaning.get(expression, expression)
         if expression not in self.met:
             self.met[expression] = self._take(expression)
         return self.met[expression]
 
-    def _take(self, expression):
+    def _take(self, expression: sp.Expr) -> Operand:
         if not expression.args or expression.is_number:
             leaf = _leaf(expression)
             negative = leaf.is_Number and leaf.is_negative
@@ -145,7 +154,7 @@ class _Values:
             operands = [(1, number) for _, number in operands]
         return 1, self._operation(expression.func, operands)
 
-    def _product(self, expression):
+    def _product(self, expression: sp.Expr) -> Operand:
         """A product is its constant factor times the rest, which is a value of its own."""
         factor = _leaf(sp.Mul(*(part for part in expression.args if part.is_number)))
         operands = [self.signed(part) for part in expression.args if not part.is_number]
@@ -156,26 +165,30 @@ class _Values:
             product = self._operation(sp.Mul, [(1, self._number(abs(factor))), (1, product)])
         return sign, product
 
-    def _operation(self, function, operands, exponent=None):
+    def _operation(self, function: type[sp.Basic], operands: list[Operand], exponent: sp.Expr | None = None) -> int:
         key = sorted(operands) if function in (sp.Add, sp.Mul) else operands
-        return self._number((function, tuple(key), exponent), (function, operands, exponent))
+        return self._number((function, tuple(key), exponent), Operation(function, operands, exponent))
 
-    def _number(self, key, value=None):
+    def _number(self, key: Hashable, value: sp.Expr | Operation | None = None) -> int:
         if key not in self.numbers:
             self.numbers[key] = len(self.values)
             self.values.append(key if value is None else value)
         return self.numbers[key]
 
-    def written(self, results, symbols):
+    def written(
+        self, results: list[Operand], symbols: Iterator[sp.Symbol]
+    ) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
         """The values that are used more than once as pairs of a symbol and an expression, and the results."""
-        uses, pairs, expressions = Counter(number for _, number in results), [], {}
-        for number in reversed(range(len(self.values))):  # operands have smaller numbers
-            if uses[number] and isinstance(self.values[number], tuple):
-                uses.update(operand for _, operand in self.values[number][1])
+        uses = Counter(number for _, number in results)
+        for number, value in reversed(list(enumerate(self.values))):  # operands have smaller numbers
+            if uses[number] and isinstance(value, Operation):
+                uses.update(operand for _, operand in value.operands)
+        pairs: list[tuple[sp.Symbol, sp.Expr]] = []
+        expressions: dict[int, sp.Expr] = {}
         for number, value in enumerate(self.values):
             if not uses[number]:
                 continue
-            if not isinstance(value, tuple):
+            if not isinstance(value, Operation):
                 expressions[number] = value
                 continue
             function, operands, exponent = value
@@ -191,13 +204,13 @@ class _Values:
         return pairs, [_with_sign(sign, expressions[number]) for sign, number in results]
 
 
-def _leaf(expression):
+def _leaf(expression: sp.Expr) -> sp.Expr:
     """A symbol as it stands; a constant as a float, but for whole numbers that one holds."""
     exact = not expression.is_number or (expression.is_Integer and abs(expression) < 2**53)
     return expression if exact else sp.N(expression, 30)
 
 
-def _with_sign(sign, expression):
+def _with_sign(sign: int, expression: sp.Expr) -> sp.Expr:
     if sign > 0:
         return expression
     factors = expression.args if expression.is_Mul else (expression,)

@@ -11,6 +11,7 @@ to it, and the first step has nothing to solve.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Protocol
@@ -25,7 +26,7 @@ from mathpost.formula import numeric, slices
 from mathpost.rotation import about, unit, wrap
 
 if TYPE_CHECKING:
-    from mathpost.chain import Link
+    from mathpost.chain import Geometry, Link
     from mathpost.machine import Machine
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
@@ -38,27 +39,27 @@ BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 class Inverse:
     """The derivation of the inverse in sympy, for display; `Kinematics.inverse` compiles these expressions.
 
-    All tuples are of sympy expressions or symbols. With r = √(A² + B²) the equation has solutions where neither
+    With r = √(A² + B²) the equation has solutions where neither
     r − D nor r + D is negative; both are written with the chords from the tool axis to the two ends of the
     workpiece-side axis, which lose no digits at the pole.
     """
 
-    tip: tuple  # x y z of the tool tip in the workpiece, mm
-    axis: tuple  # i j k of the tool axis there, a unit vector
+    tip: tuple[sp.Symbol, ...]  # x y z of the tool tip in the workpiece, mm
+    axis: tuple[sp.Symbol, ...]  # i j k of the tool axis there, a unit vector
     workpiece_side: sp.Symbol  # the rotary joint next to the workpiece
     tool_side: sp.Symbol | None  # and next to the tool; None if there is one rotary joint
-    equation: (
-        sp.Eq
-    )  # A·cos(tool_side) + B·sin(tool_side) = D, the component of the tool axis along the workpiece-side axis
+    # A·cos(tool_side) + B·sin(tool_side) = D, the component of the tool axis along the workpiece-side axis:
+    equation: sp.Eq
     below: sp.Expr  # r − D
     above: sp.Expr  # r + D
-    solutions: (
-        tuple  # the tool-side angle on the first and the second branch, in `below` and `above` as symbols, or ()
-    )
-    turn: tuple  # the workpiece-side angle is atan2 of these two, given the tool-side one
-    linear: tuple  # programmed X Y Z, given the tip and both rotary angles
-    pole: tuple  # the end of the workpiece-side axis, there, nearest to the tool where both solutions meet
-    reach: tuple  # smallest and greatest angle between the tool axis and the pole
+    # The tool-side angle on the first and the second branch, in `below` and `above` as symbols, or ():
+    solutions: tuple[sp.Expr, ...]
+    turn: tuple[sp.Expr, ...]  # the workpiece-side angle is atan2 of these two, given the tool-side one
+    linear: tuple[sp.Expr, ...]  # programmed X Y Z, given the tip and both rotary angles
+    pole: tuple[
+        sp.Expr, ...
+    ]  # the end of the workpiece-side axis, there, nearest to the tool where both solutions meet
+    reach: tuple[sp.Expr, ...]  # smallest and greatest angle between the tool axis and the pole
 
 
 @lru_cache(maxsize=256)
@@ -108,7 +109,7 @@ def derive(machine: Machine) -> Inverse:
     )
 
 
-def _close_the_loop(machine, data, tip):
+def _close_the_loop(machine: Machine, data: Geometry, tip: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
     """3. X Y Z: the tip in the machine, seen from the workpiece, is the tip seen from the tool."""
     links, symbols = chain.links(machine), chain.joint_symbols(machine)
     slides = [link.name for link in links].index("linear")
@@ -234,7 +235,7 @@ class Kinematics:
             np.rad2deg(joints[..., 3:], out=joints[..., 3:])
         return joints
 
-    def _joints(self, tip, axis):
+    def _joints(self, tip: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """The joints of both branches, (n, 2, 5), of tips and unit tool axes (n, 3)."""
         with np.errstate(divide="ignore", invalid="ignore"):  # at the pole, mended below
             found = self._both_branches(*tip.T, *axis.T, *self.reach_terms(axis))
@@ -273,12 +274,12 @@ class Kinematics:
         return np.moveaxis(np.maximum(terms, 0, out=terms), -1, 0)
 
     @cached_property
-    def _pose(self):
+    def _pose(self) -> Callable[..., np.ndarray]:
         matrix = self.forward_symbolic()
         return numeric((*matrix[:3, 3], *matrix[:3, 2]), self.symbols)
 
     @cached_property
-    def _both_branches(self):
+    def _both_branches(self) -> Callable[..., np.ndarray]:
         return numeric(*solved(self.inverse_symbolic, self.symbols[3:]))
 
 
@@ -313,7 +314,7 @@ def solved(
     return tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE), tuple(named.items())
 
 
-def _perpendicular(u):
+def _perpendicular(u: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
     """Two unit vectors that make a right-handed frame with `u` as its third."""
     nearest_to_square = min(range(3), key=lambda row: abs(float(u[row])))
     e = sp.Matrix([int(row == nearest_to_square) for row in range(3)])
@@ -322,12 +323,12 @@ def _perpendicular(u):
     return e1, u.cross(e1)
 
 
-def _half_difference_of_squares(vector, chord):
+def _half_difference_of_squares(vector: sp.Matrix, chord: sp.Expr) -> sp.Expr:
     """(|vector|² − chord²)/2, factored so that it keeps its digits where the two are nearly equal."""
     squared = vector.dot(vector)
     return squared / 2 if chord == 0 else (sp.sqrt(squared) - chord) * (sp.sqrt(squared) + chord) / 2
 
 
-def _root(number):
+def _root(number: sp.Expr) -> sp.Expr:
     """√number, exactly 0 where the number is a zero that sympy has not recognised."""
     return sp.S.Zero if abs(sp.N(number, 40)) < 1e-30 else sp.sqrt(number)

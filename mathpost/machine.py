@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,9 +38,9 @@ class Rotary:
 
     name: str  # the address of its NC word, such as "B"
     carries: str  # "workpiece" or "tool"
-    axis: tuple  # direction at rotary zero as the file gives it, not yet of unit length
-    point: tuple  # any on the axis
-    limits: tuple = ENDLESS  # travel, radians
+    axis: tuple[float, ...]  # direction at rotary zero as the file gives it, not yet of unit length
+    point: tuple[float, ...]  # any on the axis
+    limits: tuple[float, ...] = ENDLESS  # travel, radians
     max_rate: float | None = None  # radians per second
     max_acceleration: float | None = None  # radians per second squared
 
@@ -83,10 +84,13 @@ class Linear:
     """
 
     name: str
-    limits: tuple = ENDLESS
+    limits: tuple[float, ...] = ENDLESS
     max_rate: float | None = None
     max_acceleration: float | None = None
     carries: str = "tool"
+
+
+AnyJoint = TypeVar("AnyJoint", Rotary, Linear)
 
 
 @dataclass(frozen=True)
@@ -95,29 +99,38 @@ class Machine:
 
     name: str
     source: str
-    rotary: tuple  # of Rotary: the workpiece side from the bed outwards, then the tool side from the bed outwards
-    linear: tuple  # of 3 Linear: X, Y, Z
-    origin: tuple  # of the workpiece, in machine coordinates at rotary zero, mm; programmed X Y Z count from it
-    tool_axis: tuple  # from the tip towards the spindle, at rotary zero; not yet of unit length
+    rotary: tuple[Rotary, ...]  # the workpiece side from the bed outwards, then the tool side from the bed outwards
+    linear: tuple[Linear, ...]  # X, Y, Z
+    origin: tuple[
+        float, ...
+    ]  # of the workpiece, in machine coordinates at rotary zero, mm; programmed X Y Z count from it
+    tool_axis: tuple[float, ...]  # from the tip towards the spindle, at rotary zero; not yet of unit length
     tool_length: float  # spindle nose to tip, mm
-    programmed_point: str | tuple  # of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose
+    programmed_point: (
+        str | tuple[float, ...]
+    )  # of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose
     # What the limits of X Y Z count: "slides", in machine coordinates (a slide stands at its word, plus the origin,
     # plus the tool where the word names the tip), or "words".
     limits_of: str = "slides"
-    slide_order: tuple = ("X", "Y", "Z")  # from the bed outwards, on either side: for drawings and errors
+    slide_order: tuple[str, ...] = ("X", "Y", "Z")  # from the bed outwards, on either side: for drawings and errors
     # Lines of a program, in the words of its control: before and after the moves, and instead of the control's own
     # tool call. {name} in them is the name of the program, {tool} the number of the tool,
     # {offset} that of its length offset.
-    program_head: tuple = ()
-    program_foot: tuple = ()
-    tool_change: tuple = ()
+    program_head: tuple[str, ...] = ()
+    program_foot: tuple[str, ...] = ()
+    tool_change: tuple[str, ...] = ()
     # Where all axes may turn freely, X Y Z as in `limits_of`, None for one that may be anywhere; or not known.
     safe: tuple[float | None, float | None, float] | None = None
 
     @property
+    def every_joint(self) -> tuple[Linear | Rotary, ...]:
+        """The joints, in joint order."""
+        return (*self.linear, *self.rotary)
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints, in joint order."""
-        return tuple(joint.name for joint in (*self.linear, *self.rotary))
+        return tuple(joint.name for joint in self.every_joint)
 
     def slides_that_carry(self, side: str) -> tuple[str, ...]:
         """Return the names of the slides on the side of ``"workpiece"`` or ``"tool"``, from the bed outwards."""
@@ -135,7 +148,7 @@ class Machine:
     @property
     def limits(self) -> np.ndarray:
         """Travel of the k joints as words, shape (k, 2): mm and radians."""
-        limits = np.array([joint.limits for joint in (*self.linear, *self.rotary)])
+        limits = np.array([joint.limits for joint in self.every_joint])
         limits[:3] -= self.slides[:, None]
         return limits
 
@@ -168,12 +181,12 @@ class Machine:
     @property
     def max_rates(self) -> np.ndarray:
         """Greatest rates of the k joints, shape (k,): mm/s and rad/s, NaN where not stated."""
-        return np.array([joint.max_rate for joint in (*self.linear, *self.rotary)], dtype=float)
+        return np.array([joint.max_rate for joint in self.every_joint], dtype=float)
 
     @property
     def max_accelerations(self) -> np.ndarray:
         """Greatest accelerations of the k joints, shape (k,): mm/s² and rad/s², NaN where not stated."""
-        return np.array([joint.max_acceleration for joint in (*self.linear, *self.rotary)], dtype=float)
+        return np.array([joint.max_acceleration for joint in self.every_joint], dtype=float)
 
     @property
     def arrangement(self) -> str:
@@ -198,7 +211,7 @@ class Machine:
         return replace(self, **changes)
 
 
-def _widened(limits):
+def _widened(limits: ArrayLike) -> np.ndarray:
     return np.add(limits, (-TRAVEL_TOLERANCE, TRAVEL_TOLERANCE))
 
 
@@ -256,7 +269,7 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
     return machine
 
 
-def _safe(linear):
+def _safe(linear: TomlTable) -> tuple[float | None, float | None, float] | None:
     """X, Y and Z of the table ``safe``, of which Z must be there; None without it."""
     if "safe" not in linear.content:
         return None
@@ -266,18 +279,20 @@ def _safe(linear):
     return tuple(ends)
 
 
-def _rotary(table):
+def _rotary(table: TomlTable) -> Rotary:
     name = table.take("name", _address, "a word address such as A, B or C, not X, Y or Z")
     table.where += f" ({name})"
     axis, point = table.take("axis", *DIRECTION), table.take("point", *VECTOR)
     return _joint(table, Rotary, name, "degrees", axis=axis, point=point)
 
 
-def _joint(table, kind, name, unit, *carries, **more):
+def _joint(
+    table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carries: str, **more: tuple[float, ...]
+) -> AnyJoint:
     """What both kinds of joint have, given in `unit`; `carries` is what it carries if the table does not say."""
     scale = math.radians if unit == "degrees" else float
 
-    def rate(key, expected):
+    def rate(key: str, expected: str) -> float | None:
         found = table.take(key, only_if(lambda x: x > 0, a_number), f"{expected} above 0", None)
         return found and scale(found)
 
@@ -293,7 +308,7 @@ def _joint(table, kind, name, unit, *carries, **more):
     return joint
 
 
-def _check_arrangement(machine, where):
+def _check_arrangement(machine: Machine, where: str) -> None:
     """Refuse what no machine can be although every key is well formed."""
     if len(machine.rotary) == 1:
         return
@@ -311,9 +326,9 @@ def _check_arrangement(machine, where):
         raise InputError(f"{where}, rotary ({tool_side.name}), axis", expected, f"{tool_side.axis}")
 
 
-def _parallel(first, second):
+def _parallel(first: Sequence[float], second: Sequence[float]) -> bool:
     a, b = (np.array(v) / np.linalg.norm(v) for v in (first, second))
-    return np.linalg.norm(np.cross(a, b)) < 1e-6
+    return bool(np.linalg.norm(np.cross(a, b)) < 1e-6)
 
 
 _address = only_if(lambda value: re.fullmatch("[ABCUVW][0-9]?", value))
@@ -322,5 +337,5 @@ VECTOR = numbers(3), "[x, y, z] in mm"
 DIRECTION = only_if(lambda vector: np.linalg.norm(vector) > 1e-9, numbers(3)), "[x, y, z], not all zero"
 
 
-def _point(value):
+def _point(value: Any) -> str | tuple[float, ...]:
     return value if value in ("tip", "nose") else numbers(3)(value)

@@ -76,5 +76,5 @@ def wrap(angles: ArrayLike, turn: float = 360.0) -> np.ndarray:
     return angles - turn * np.ceil(angles / turn - 0.5 - 1e-12)
 
 
-def _at(index):
+def _at(index: tuple[int, ...]) -> str:
     return f" at index {index}" if index else ""

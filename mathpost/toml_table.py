@@ -56,7 +56,7 @@ class TomlTable:
 def only_if(holds: Callable, read: Callable = lambda value: value) -> Callable:
     """A reader of what `holds` of once it has been read."""
 
-    def checked(value):
+    def checked(value: Any) -> Any:
         if not holds(found := read(value)):
             raise ValueError
         return found

@@ -105,7 +105,7 @@ def positioning(table: Table, machine: Machine) -> Positioning:
 def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarray:
     """The targets in degrees, or in mm of machine coordinates; those outside the travel are refused."""
     at, name = table[place], machine.joint_names[axis]
-    low, high = [*machine.linear, *machine.rotary][axis].limits
+    low, high = machine.every_joint[axis].limits
     if axis > 2:
         table.check_angles(place)
         low, high = np.degrees((low, high))

@@ -55,9 +55,9 @@ class Accuracy:
     reversal: np.ndarray  # mean up minus mean down
     B: float  # the largest |reversal|
     M: float  # the range of the mean of both directions
-    E: tuple  # the range of the means
-    R: tuple  # the widest 4 s, of both directions 2 s up + 2 s down + |B| if that is wider
-    A: tuple  # from the lowest mean − 2 s to the highest mean + 2 s
+    E: tuple[float, ...]  # the range of the means
+    R: tuple[float, ...]  # the widest 4 s, of both directions 2 s up + 2 s down + |B| if that is wider
+    A: tuple[float, ...]  # from the lowest mean − 2 s to the highest mean + 2 s
 
     def __str__(self) -> str:
         pairs = (("A", self.A[2]), ("E", self.E[2]), ("M", self.M), ("B", self.B), ("R", self.R[2]))

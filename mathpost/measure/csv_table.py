@@ -40,8 +40,10 @@ KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # se
 # What a setting looks like; behind a colon only two words, or it is a sentence.
 SETTING = re.compile(r"(unit \S+|\w+)\s*(?:=\s*(.*)|[:,;\t]\s*(\S+(?: \S+)?))")
 
+Row = tuple[int, list[str]]  # the number of a line, and its cells
 
-class Table(dict):
+
+class Table(dict[str, Any]):
     """Columns of a CSV file by name: float arrays, shape (rows,), or lists of strings, and what else the file says.
 
     `lines` are those that the rows came from, `header` is where the columns' names stand. `settings` is what
@@ -158,8 +160,8 @@ class Lines:
     """The lines of a file that are no comments, with their numbers, and the settings of all."""
 
     path: str
-    lines: tuple  # pairs: number, text
-    settings: dict
+    lines: tuple[tuple[int, str], ...]  # number, text
+    settings: dict[str, str]
     whole: bool  # whether the last line ends in a line break
 
 
@@ -218,8 +220,8 @@ def parse(
             said = cut if number == found.lines[-1][0] and not found.whole else ""
             raise InputError(f"{table.path}, line {number}", f"{len(names)} entries", f"{len(cells)}{said}")
     table.lines = tuple(number for number, _ in rows)
-    cells = [cells for _, cells in rows]
-    table |= {name: list(column) for name, *column in zip(names, *cells, strict=True) if name in wanted}
+    content = zip(names, *(cells for _, cells in rows), strict=True)
+    table |= {name: list(column) for name, *column in content if name in wanted}
     numbers = [name for name in table if name not in text]
     for name in numbers:
         _obey_unit_in_cells(table, name)
@@ -241,7 +243,7 @@ def parse(
     return table
 
 
-def _cells(line, mark):
+def _cells(line: str, mark: str) -> list[str]:
     """The cells of a line between marks; a blank is one that stands before no bracket."""
     if mark == " ":
         return re.split(r"\s+(?![(\[（])", line.strip())
@@ -251,7 +253,7 @@ def _cells(line, mark):
     return [cell.strip() for cell in next(entries, [])]
 
 
-def _header(lines, known):
+def _header(lines: Sequence[tuple[int, str]], known: Names) -> tuple[int, str]:
     """Which of the lines names the columns, and the mark between them: the first with two that are wanted."""
     for index, (_, line) in enumerate(lines[:PREAMBLE]):
         for mark in sorted(MARKS, key=line.count, reverse=True):
@@ -267,19 +269,19 @@ def _header(lines, known):
     return 0, max(MARKS, key=lambda mark: (line.count(mark), mark == ","))
 
 
-def _reads(cell):
+def _reads(cell: str) -> re.Match[str] | None:
     """Whether a cell looks like a number, with whatever decimal mark."""
     return re.fullmatch(r"[-+]?[\d.,]+(e[-+]?\d+)?", cell.translate(MINUS), re.IGNORECASE)
 
 
-def _without_footer(rows, column):
+def _without_footer(rows: list[Row], column: int) -> tuple[list[Row], int]:
     """The rows without those at the end that have no number in `column`, and how many these are."""
     reading = [n for n, (_, cells) in enumerate(rows) if len(cells) > column and _reads(cells[column])]
     last = max(reading, default=len(rows) - 1)
     return rows[: last + 1], len(rows) - last - 1
 
 
-def _obey_units_below(table, names, rows):
+def _obey_units_below(table: Table, names: Sequence[str], rows: list[Row]) -> list[Row]:
     """Take a line of units below the names for what it says; the other rows."""
     stated = [cell.strip("()[]（） ") for cell in rows[0][1]]
     if len(stated) != len(names) or not any(stated) or not all(measure(cell)[0] or cell in "-" for cell in stated):
@@ -290,24 +292,25 @@ def _obey_units_below(table, names, rows):
     return rows[1:]
 
 
-def _obey_unit_in_cells(table, name):
+def _obey_unit_in_cells(table: Table, name: str) -> None:
     """Take the unit that stands in every cell of a column for the column's."""
     cells = [cell.translate(MINUS)[:LONGEST] for cell in table[name]]
     found = [re.fullmatch(rf"({NUMBER}(?:[eE][-+]?\d+)?)\s*(\D.*)", cell) for cell in cells]
-    units = {each[2] for each in found if each}
-    if None not in found and len(units) == 1 and measure(unit := units.pop())[0]:
+    read = [each for each in found if each]
+    units = {each[2] for each in read}
+    if len(read) == len(cells) and len(units) == 1 and measure(unit := units.pop())[0]:
         _state(table, f"line {table.lines[0]}", name, unit)
-        table[name] = [each[1] for each in found]
+        table[name] = [each[1] for each in read]
 
 
-def _state(table, where, name, unit):
+def _state(table: Table, where: str, name: str, unit: str) -> None:
     """Note the unit of a column; a second one that differs is refused."""
     before = table.settings.setdefault(f"unit {name}", unit)
     if measure(before) != measure(unit):
         raise InputError(f"{table.path}, {where}, column {name!r}", f"the unit {before}, as its name has it", unit)
 
 
-def _text(path):
+def _text(path: Path | str) -> str:
     """The text of a file in UTF-8 or UTF-16 with its mark, in UTF-8, in GBK, or in the letters of Windows."""
     content = read_bytes(path)
     if content.startswith(b"PK\x03\x04"):
@@ -324,7 +327,7 @@ def _text(path):
     raise InputError(f"{path}, line {line}", "text in UTF-8 or GBK", "other bytes")
 
 
-def _check_names(table, cells, columns, known):
+def _check_names(table: Table, cells: list[str], columns: Sequence[str], known: Names) -> list[str]:
     """The names of the columns; a unit behind a name goes to the settings."""
     while cells and not cells[-1]:  # commas at the ends of lines
         cells.pop()
@@ -349,7 +352,7 @@ def _check_names(table, cells, columns, known):
     return names
 
 
-def _number(table, row, name, commas):
+def _number(table: Table, row: int, name: str, commas: bool) -> float:
     entry = table[name][row]
     try:
         number = float((entry.replace(",", ".") if commas else entry).translate(MINUS))

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 SINGULAR = 1e-8  # of the greatest singular value: below it a combination of unknowns leaves no trace in readings
 SHARE = 1e-6  # of an unknown in such a combination, below which it has no part in it
 
+Compiled = tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]  # of expressions: values and derivatives
+
 
 @dataclass(frozen=True)
 class Value:
@@ -58,9 +60,9 @@ class Estimate:
     stated sigma if there is one: well above 1 means that something is not in the model.
     """
 
-    values: dict  # of unknowns, as ``estimate[name]`` has them
+    values: dict[str, float]  # of unknowns, as ``estimate[name]`` has them
     covariance: np.ndarray  # in the same order; NaN if no sigma was stated and no reading is to spare
-    residuals: dict  # of readings, arrays: measured minus explained
+    residuals: dict[str, np.ndarray]  # of readings: measured minus explained
     spare: int  # readings minus unknowns
     noise: float
     freedom: float = np.inf  # infinite if sigma was stated, else `spare`
@@ -101,10 +103,10 @@ class Measurement:
     """
 
     name: str
-    unknowns: tuple
-    settings: tuple
-    readings: dict
-    more: dict = field(default_factory=dict)
+    unknowns: tuple[sp.Symbol, ...]
+    settings: tuple[sp.Symbol, ...]
+    readings: dict[str, sp.Expr]
+    more: dict[str, dict[sp.Symbol, sp.Expr]] = field(default_factory=dict)
     largest: float = np.inf
 
     @cached_property
@@ -194,14 +196,14 @@ class Measurement:
         ]
         predict, derive = self._compiled(used, sought)
 
-        def evaluate(x):
+        def evaluate(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             arguments = *self._all(dict(zip(names, x, strict=True)) | known), *settings
             return predict(*arguments).ravel(), derive(*arguments).reshape(-1, len(sought))
 
-        def rows(expressions):
+        def rows(expressions: dict[str, sp.Expr]) -> np.ndarray:
             return self._compiled(expressions, sought)[1](*self._all(known), *settings).reshape(-1, len(sought))
 
-        def changed(changes):
+        def changed(changes: dict[sp.Symbol, sp.Expr]) -> np.ndarray:
             return rows({name: e.subs(changes, simultaneous=True) for name, e in used.items()})
 
         unread = {name: expression for name, expression in self.readings.items() if name not in used}
@@ -223,23 +225,25 @@ class Measurement:
             float(spare) if sigma is None else np.inf,
         )
 
-    def _compiled(self, readings, sought):
+    def _compiled(self, readings: dict[str, sp.Expr], sought: tuple[sp.Symbol, ...]) -> Compiled:
         return _compiled(tuple(readings.values()), sought, (*self.unknowns, *self.settings))
 
-    def _all(self, values):
+    def _all(self, values: Mapping[str, float]) -> np.ndarray:
         names = [s.name for s in self.unknowns]
         for name in set(values) - set(names):
             raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
         return as_array([values.get(name, 0.0) for name in names], len(names), f"{self.name}, values")
 
-    def _settings(self, data, degrees, length=None):
+    def _settings(
+        self, data: Mapping[str, ArrayLike], degrees: bool, length: int | None = None
+    ) -> list[np.ndarray]:
         names = [s.name for s in self.settings]
         if missing := [name for name in names if name not in data]:
             raise InputError(self.name, f"the settings {', '.join(names)}", f"no {missing[0]!r}")
         angle, *others = (self._array(data, name, length) for name in names)
         return [np.deg2rad(angle) if degrees else angle, *others]
 
-    def _array(self, data, name, length):
+    def _array(self, data: Mapping[str, ArrayLike], name: str, length: int | None) -> np.ndarray:
         where = f"{self.name}, {name}"
         try:
             array = np.asarray(data[name], dtype=float)
@@ -325,13 +329,15 @@ def undetermined(matrix: np.ndarray, names: Sequence[str]) -> list[list[str]]:
 
 
 @lru_cache(maxsize=256)
-def _compiled(expressions, sought, arguments):
+def _compiled(
+    expressions: tuple[sp.Expr, ...], sought: tuple[sp.Symbol, ...], arguments: tuple[sp.Symbol, ...]
+) -> Compiled:
     """The expressions as a function, shape (n, expressions), and their derivatives, (n, expressions, sought)."""
     derivatives = sp.ImmutableMatrix(expressions).jacobian(sp.Matrix(sought))
     return numeric(expressions, arguments), numeric(sp.ImmutableMatrix(derivatives), arguments)
 
 
-def _lengths(matrix):
+def _lengths(matrix: np.ndarray) -> np.ndarray:
     """The columns' lengths, 1 for a column of nothing but rounding."""
     lengths = np.linalg.norm(matrix, axis=0)
     return np.where(lengths > 1e-13 * max(1.0, lengths.max()), lengths, 1.0)

@@ -31,7 +31,7 @@ CPOS, UZZ = sp.symbols("CPOS U_ZZ", real=True)
 class Head:
     """A horizontal head: its measured vectors, and which way it turns."""
 
-    angles: tuple  # at which it is indexed
+    angles: tuple[float, ...]  # at which it is indexed
     vectors: np.ndarray  # U at each, shape (n, 3), mm
     sense: int = -1  # if it turns clockwise seen from +Z as its angle grows, as the source's does, else +1
     zero: float = 0.0  # where Z′ points at angle 0, degrees from +X towards +Y

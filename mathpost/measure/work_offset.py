@@ -44,7 +44,7 @@ class NewDatum:
     """What `p9795` returns."""
 
     after: np.ndarray  # the point after the turn, shape (3,), machine mm
-    angles: dict  # degrees by axis, which must be programmed besides
+    angles: dict[str, float]  # degrees by axis, which must be programmed besides
     block: str  # the NC block that stores the point
 
 

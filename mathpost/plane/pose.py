@@ -1,7 +1,10 @@
 """Where a machine can stand for one tool tip and tool axis, and which of these positions each control takes."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,7 +32,7 @@ class Position:
     tip: np.ndarray  # of the tool in the workpiece, mm, shape (3,)
     axis: np.ndarray  # a unit vector from the tip towards the spindle, shape (3,)
     from_pole: float  # degrees between the tool axis and the pole, where the two branches meet
-    reasons: tuple = ()  # sentences that say which joints are outside travel; empty if all are inside
+    reasons: tuple[str, ...] = ()  # sentences that say which joints are outside travel; empty if all are inside
 
 
 @dataclass(frozen=True)
@@ -115,17 +118,17 @@ def taken(kinematics: Kinematics, axis: np.ndarray, present: ArrayLike | None = 
     return found
 
 
-def as_data(kinematics: Kinematics, found: dict[str, Taken]) -> dict:
+def as_data(kinematics: Kinematics, found: dict[str, Taken]) -> dict[str, dict[str, Any]]:
     """What the controls take as plain data, for JSON."""
     names = kinematics.machine.joint_names[3:]
 
-    def angles(each):
+    def angles(each: Taken) -> dict[str, float] | None:
         return None if each.angles is None else dict(zip(names, each.angles.tolist(), strict=True))
 
     return {control: {"angles": angles(each), "why": each.why} for control, each in found.items()}
 
 
-def _feature(tip, axis):
+def _feature(tip: ArrayLike, axis: ArrayLike) -> Frame:
     """A feature with its Z along the tool axis; where its X is does not matter here."""
     z = unit(as_array(axis, 3, "axis"))
     return Frame.from_axes(z, np.eye(3)[np.abs(z).argmin()], tip, "WCS", "feature")

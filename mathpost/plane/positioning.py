@@ -149,7 +149,7 @@ def beyond_travel(machine: Machine, angles: Iterable[float]) -> str:
     return ""
 
 
-def _turn(direction, feature):
+def _turn(direction: np.ndarray, feature: Frame) -> float:
     """The angle about the feature's Z from `direction` to the feature's X, degrees in (−180, 180]."""
     across = np.cross(feature.z, direction)
     return float(wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x))))
@@ -206,7 +206,7 @@ def heidenhain(
     master, side = alignment.tool_side, seq or sym
     name, word = alignment.machine.joint_names[3 + master], f"{'SYM' if sym else 'SEQ'}{side}"
 
-    def refuse(angles):
+    def refuse(angles: np.ndarray) -> str:
         above = wrap(angles[master] - (symmetry if sym else 0.0)) * (-1 if side == "-" else 1)
         return f"{name} at {angles[master]:.4f} is not {word}" if side and above < -TIE else ""
 
@@ -230,7 +230,15 @@ def siemens(alignment: Alignment, present: ArrayLike, direction: int, *, referen
     return _choose(alignment, present, {clause: lambda angles, _: -direction * wrap(angles[axis])})
 
 
-def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):
+def _choose(
+    alignment: Alignment,
+    present: ArrayLike,
+    clauses: dict[str, Callable],
+    refuse: Callable[[np.ndarray], str] = lambda angles: "",
+    *,
+    turn_table: bool = False,
+    alone: str = ALONE,
+) -> Solution:
     """The position with the least of the first clause that differs, moved by whole turns towards `present`.
 
     `clauses` are words and what they measure, of the angles and how far they are from `present`; `alone` says why,
@@ -266,7 +274,7 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
     return replace(alignment.at(np.where(endless, wrap(left[0]), left[0])), why=why)
 
 
-def _joint(alignment, name):
+def _joint(alignment: Alignment, name: str) -> int:
     names = alignment.machine.joint_names[3:]
     if name not in names:
         raise InputError("rotary axis", f"one of {', '.join(names)}", repr(name))

@@ -23,7 +23,7 @@ PERPENDICULAR = 1e-6  # cosine that seven printed decimals leave between two per
 class Notation:
     """The words of one notation and what they mean."""
 
-    words: tuple
+    words: tuple[str, ...]
     sequence: str = ""  # the Euler sequence that they fill in their order; without one they are two vectors
     lock: str = "third"  # the angle that is 0 at the lock
     rule: str = "chosen here: no manual was found that fixes it"  # where that comes from
@@ -127,7 +127,7 @@ class Plane:
         zero, other = (first, third) if about.lock == "first" else (third, first)
         return f"{first} and {third} turn about one line: written with {zero} 0, all in {other} ({about.rule})"
 
-    def _vectors(self):
+    def _vectors(self) -> tuple[np.ndarray, np.ndarray]:
         base, normal = unit(self.values[..., :3], "PLANE VECTOR, B"), unit(self.values[..., 3:], "PLANE VECTOR, N")
         worst = max(np.ravel((base * normal).sum(axis=-1)), key=abs)
         if not self.keep and abs(worst) > PERPENDICULAR:

@@ -102,18 +102,18 @@ def zxz_steps(
     return [Step(number, *step) for number, step in enumerate(values.items(), 0 if recipe == "left" else 1)]
 
 
-def _right(alpha, beta, gamma, elementary=PASSIVE):
+def _right(alpha: Any, beta: Any, gamma: Any, elementary: dict[str, Callable] = PASSIVE) -> dict[str, sp.Matrix]:
     """The matrices of the first recipe by name."""
     a, b, c = elementary["Z"](alpha), elementary["X"](beta), elementary["Z"](gamma)
     return {"α": a, "β": b, "γ": c, "γβ": c * b, "γβα": c * b * a}
 
 
-def _left(alpha, beta, gamma, elementary=PASSIVE):
+def _left(alpha: Any, beta: Any, gamma: Any, elementary: dict[str, Callable] = PASSIVE) -> dict[str, sp.Matrix]:
     """The matrices of the second recipe by name."""
     a, b, c = elementary["Z"](-alpha), elementary["X"](-beta), elementary["Z"](-gamma)
     return {"α": a, "β": b, "γ": c, "αβ": a * b, "αβγ": a * b * c, "(αβγ)ᵀ": (a * b * c).T}
 
 
 @lru_cache(maxsize=2)
-def _result(recipe):
+def _result(recipe: Callable[..., dict[str, sp.Matrix]]) -> Callable[..., sp.Matrix]:
     return lambda *angles: [*recipe(*angles).values()][-1]

@@ -31,7 +31,7 @@ class Case:
     number: int  # 1: |θ| is outside travel, or NaN. 2: one sign is inside, equation (5). 3: both, the smaller step
     size: float  # |θ|, radians
     kappa: int | None  # the κ of (−1)^κ·|θ| that is taken, None in case (1)
-    steps: tuple = ()  # radians from the record before for κ = 0 and 1
+    steps: tuple[float, ...] = ()  # radians from the record before for κ = 0 and 1
 
     @property
     def angle(self) -> float:
