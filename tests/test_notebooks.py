@@ -84,7 +84,7 @@ def test_the_syllabus_states_the_lessons_minutes(path):
 def test_the_readme_and_ci_run_the_same_line():
     line = "python3 -m venv .venv && .venv/bin/pip install -r environment.txt && .venv/bin/pytest"
     assert line in README.splitlines()
-    assert line in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+    assert f'{line} "$@"' in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
 
 
 def test_the_first_lesson_and_the_readme_have_the_same_syllabus():
