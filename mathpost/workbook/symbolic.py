@@ -15,10 +15,8 @@ from mathpost.workbook.sheet.graph import Graph
 from mathpost.workbook.sheet.tree import heads
 
 EXACT = {
-    **{
-        name: FUNCTIONS[name]
-        for name in ("+", "-", "*", "/", "^", "minus", "MMULT", "TRANSPOSE", "SUM", "SUMPRODUCT")
-    },
+    **{name: FUNCTIONS[name] for name in ("+", "-", "*", "minus", "MMULT", "TRANSPOSE", "SUM", "SUMPRODUCT")},
+    **{"/": np.divide, "^": np.power},
     **{
         name: np.frompyfunc(getattr(sp, name.lower()), 1, 1)
         for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT")

@@ -57,6 +57,15 @@ class Cell:
             return self.number
         return float(text.translate(str.maketrans(",−–", ".--", "°")))
 
+    @property
+    def counts(self) -> float | None:
+        """The number that a constant is in arithmetic: 1 for TRUE, 5 for the text ``5``; or None."""
+        if isinstance(self.value, bool):
+            return float(self.value)
+        if isinstance(self.value, str) and re.fullmatch(rf"\s*{NUMBER}\s*", self.value):
+            return float(self.value)
+        return self.meant
+
 
 EMPTY = Cell(None)
 

@@ -184,6 +184,7 @@ class _Reader:
             else:
                 rows[-1].append(self.expression())
             left_out = is_separator
+        rows[-1] += [("number", 0.0)] * (left_out and bool(rows[-1]))
         self.tokens.pop()
         return rows
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.workbook.sheet.evaluate import FUNCTIONS, evaluate
+from mathpost.workbook.sheet.evaluate import COMPARISONS, CONDITIONS, FUNCTIONS, evaluate
+from mathpost.workbook.sheet.file import EMPTY
 from mathpost.workbook.sheet.formula import NotUnderstood
 from mathpost.workbook.sheet.links import Links
 from mathpost.workbook.sheet.samples import SAMPLES, at, at_samples
@@ -142,23 +143,43 @@ class Graph(Links):
                 held[id(part)] = evaluate(part, partial(self.look, values=values), held=held)
         return held
 
-    def look(self, area: Area, values: Values, *, numbers_only: bool = False) -> np.ndarray:
+    def look(self, area: Area, values: Values, take: str = "") -> np.ndarray:
         """The values of an area, shape (samples, rows, columns): 0 for an empty cell, NaN for text.
 
-        With `numbers_only` both are left out, texts such as 54,7356 as well, and the others are in one row; where
-        none is left, as in an average of texts, it is NaN.
+        `take` says where empty cells and texts are otherwise (see `evaluate.TAKES`); where they are left out, the
+        others are in one row.
         """
         constants = self.constants
         numbers = [values[p] if p in values else constants.get(p, ZERO) for p in area.places]
-        if numbers_only:
-            held = self.texts
-            there = [p not in held and (p in values or p in constants) for p in area.places]
-            numbers = [number for number, is_there in zip(numbers, there, strict=True) if is_there] or [NOTHING]
-        return self._stacked(numbers, (1, len(numbers)) if numbers_only else area.shape)
+        if not take:
+            return self._stacked(numbers, area.shape)
+        leaves_out, other = take.startswith("left out"), ZERO if take == "as 0" else NOTHING
+        found = []
+        for place, number in zip(area.places, numbers, strict=True):
+            if self._is_none(place, values):
+                found += [other] * (not leaves_out)
+            elif take != "left out, TRUE is 1" and self._is_truth(place):
+                found.append(NOTHING)
+            else:
+                found.append(number)
+        return self._stacked(found, (1, len(found)) if leaves_out else area.shape)
+
+    def _is_none(self, place, values):
+        """Whether a cell is empty or holds a text."""
+        if place in values:
+            return place in self.messages and np.isnan(values[place]).all()
+        return place in self.texts or place not in self.constants
+
+    def _is_truth(self, place):
+        """Whether a cell holds TRUE or FALSE, which one program counts as a number and the other does not."""
+        is_typed = isinstance(self.cells.get(place, EMPTY).value, bool)
+        return is_typed or self.tree(place)[0] in {*COMPARISONS, *CONDITIONS}
 
     @staticmethod
     def _stacked(numbers, shape):
         """Values of several cells as one array, shape (samples, rows, columns)."""
+        if not numbers:
+            return np.zeros((1, *shape))
         if len(numbers) == 1:
             return numbers[0][:, None, None]
         found = np.empty((max(map(len, numbers)), len(numbers)), max(n.dtype for n in numbers))
@@ -168,8 +189,8 @@ class Graph(Links):
 
     @cached_property
     def constants(self) -> Values:
-        """Place of a cell that is not calculated → what it holds, shape (1,), NaN for text."""
-        held = {p: None if p in self.trees else n for p, n in self.meant.items()}
+        """Place of a cell that is not calculated → what it counts for in arithmetic, shape (1,), NaN for text."""
+        held = {p: None if p in self.trees else self.cells[p].counts for p in self.meant}
         empty = {p for p, cell in self.cells.items() if cell.value is None and not cell.formula}
         return {p: np.full(1, np.nan if n is None else n) for p, n in held.items() if p not in empty}
 

@@ -135,6 +135,8 @@ def _if(held, test, yes, no=("number", 0.0)):
 def _decided(held, test):
     """Whether a condition holds; None if numbers decide that, which are inputs."""
     head, *parts = test
+    if head == "number":
+        return parts[0] != 0
     if head == "NOT":
         return {True: False, False: True}.get(_decided(held, *parts))
     if head in ("AND", "OR"):
@@ -145,12 +147,24 @@ def _decided(held, test):
         return HOLDS[head](*values)
     texts = [isinstance(value, str) for value in values]
     counts = any(part[0] in ("COUNT", "COUNTA", "LEN") for part in parts)
-    if not (counts or any(texts)) or (len({*texts}) > 1 and ("" in values[:1] or head not in ("=", "<>"))):
-        return None  # an empty cell is 0 beside a number
-    return COMPARED[head](*values)
+    if sum(texts) == 1:  # an empty cell is 0 beside a number, and every text is beyond every number
+        is_empty = any(value == "" and part[0] == "area" for part, value in zip(parts, values, strict=True))
+        return None if is_empty else COMPARED[head](*texts)
+    return COMPARED[head](*values) if counts or all(texts) else None
+
+
+def _comparison(head):
+    """A comparison that texts or empty cells decide, as the number that it is in arithmetic."""
+
+    def truth(held, *parts):
+        decided = _decided(held, (head, *parts))
+        return None if decided is None else ("number", float(decided))
+
+    return truth
 
 
 FOUND = {
+    **{head: _comparison(head) for head in COMPARED},
     "IF": _if,
     "MATCH": _match,
     "INDEX": _index,
