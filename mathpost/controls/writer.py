@@ -26,13 +26,12 @@ MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a pro
 
 
 def write(
-    blocks: Blocks, machine: Machine, control: Control | str = "heidenhain", *, name: str = "MATHPOST",
-    rounding: float = 0.0,
-) -> str:  # fmt: skip
+    blocks: Blocks, machine: Machine, control: Control | str = "heidenhain", *, name: str = "MATHPOST"
+) -> str:
     """Return the text of a program for a control, or one of that name; words that do not change are left out.
 
     There is at least one block, and none like the one before. Of the name letters, digits and underscores are used.
-    `rounding`, mm, is what the control may round off where its head says how far.
+    Where the head says how far the control may round off, it says 0: see `state_rounding`.
     """
     control = control_for(machine, control)
     name = re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
@@ -46,7 +45,7 @@ def write(
 
     def filled(lines: Iterable[str]) -> list[str]:
         named = (line.replace("{name}", name).replace("{number}", number) for line in lines)
-        return [line.replace("{rounding}", f"{_down(rounding, 4):.4f}") for line in named]
+        return [line.replace("{rounding}", f"{0:.4f}") for line in named]
 
     between[0][:0] = filled((*control.head, *own, *_tool_list(control, blocks)))
     foot = filled((*machine.program_foot, *control.foot))
@@ -68,6 +67,15 @@ def write(
                 line, count = f"{skip}{control.numbered(line, count)}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
+
+
+def state_rounding(text: str, control: Control, rounding: float) -> str:
+    """Return a program that says in its head how far the control may round off, mm, if its head says so at all."""
+    for word in " ".join(control.head).split():
+        if "{rounding}" in word:
+            before, after = (word.replace("{rounding}", f"{value:.4f}") for value in (0, _down(rounding, 4)))
+            text = text.replace(f" {before}", f" {after}", 1)
+    return text
 
 
 def _tool_list(control: Control, blocks: Blocks) -> list[str]:

@@ -165,7 +165,8 @@ class Lines(text.Reader):
             found = f"({shown}) of length {length[record]:.6g}"
             self.problem(int(lines[record]), "GOTO", f"a unit tool axis (to {UNIT_TOLERANCE})", found)
         self.refuse_problems()
-        return points, axes / length, feeds, rapid, lines
+        axes /= length
+        return points, axes, feeds, rapid, lines
 
     def remark(self, remark: str | Command | None = None, record: int | None = None) -> None:
         """Keep a remark, by default the statement, before a record, by default the next."""

@@ -122,25 +122,25 @@ def largest(
     what: Measured,
     kin: ForwardKinematics,
     joints: np.ndarray,
-    path: Ends,
+    path: Callable[[np.ndarray], Ends],
     most: np.ndarray,
     *,
     least: int = FEWEST_INTERVALS,
 ) -> tuple[float, int]:
     """How far `what`, `TIP` or `AXIS`, strays at most from its path, and the first such move.
 
-    `path`, (2, n - 1, 3), has the ends of the segment or arc that each move of the joints (n, 5) should follow;
-    `most`, shape (n - 1,), is how far each may stray, from `bounds`; infinite where that is not known, negative for
-    moves that do not count. What the samples may miss is added.
+    ``path(moves)`` gives the ends, (2, k, 3), of the segments or arcs that some moves of the joints (n, 5) should
+    follow; `most`, shape (n - 1,), is how far each may stray, from `bounds`; infinite where that is not known,
+    negative for moves that do not count. What the samples may miss is added.
     """
     if not len(most):
         return 0.0, -1
     found, bound, few = np.zeros(len(most)), np.maximum(most, 0), len(most) // FIRST + 1
     promising = most >= np.partition(most, -few)[-few]
-    for some in (promising, ~promising):
-        moves = np.flatnonzero(some & (most > found.max()))
-        ends = path[0][moves], path[1][moves]
-        strayed = stray(what, kin, joints[moves], joints[moves + 1], ends, least)
+    others = np.flatnonzero(~promising)
+    for some in (np.flatnonzero(promising), *(others[rows] for rows in slices(others.shape))):
+        moves = some[most[some] > found.max()]
+        strayed = stray(what, kin, joints[moves], joints[moves + 1], path(moves), least)
         found[moves] = np.minimum(strayed, bound[moves])
     error = min(found.max() + what.resolution, bound.max())
     return float(error), int(found.argmax())

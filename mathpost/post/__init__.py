@@ -17,7 +17,7 @@ import numpy as np
 from mathpost.controls.blocks import Blocks as Blocks
 from mathpost.controls.blocks import joined
 from mathpost.controls.reader import follow
-from mathpost.controls.writer import write
+from mathpost.controls.writer import state_rounding, write
 from mathpost.errors import InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path.cl import CLData
@@ -119,27 +119,22 @@ def run(
     program = follow(text, machine, asked.control, name=name)
 
     progress("proving")
-    parts, row = [], 0
+    row = 0
     for number, each in enumerate(plans):
-        moves, part, row = as_run(each.path, each.moves, program, row)
+        moves, row = as_run(each.path, each.moves, program, row)
         plans[number] = replace(each, moves=moves)
-        parts.append(part)
     if row != len(program.lines):
         raise MathpostError(f"{row} ends of moves were written and {len(program.lines)} read back")
-    proofs = [_proof(each, part, asked) for each, part in zip(plans, parts, strict=True)]
-
+    proofs = [_proof(each, asked) for each in plans]
     left = asked.tolerance - max(each.path_tip_error for each in proofs)
-    if any("{rounding}" in line for line in asked.control.head):
-        text = write(
-            joined([each.moves.blocks for each in plans]), machine, asked.control, name=name, rounding=left
-        )
+    text = state_rounding(text, asked.control, left)
 
     if compare:
         progress("comparing")
+    made = report_of(cl, machine, asked, plans, proofs, rounding=left, compare=compare)
     joints = np.concatenate([each.chosen.joints for each in plans])
     place = np.concatenate([each.path.first + each.moves.motion.place for each in plans])
-    made = report_of(cl, machine, asked, plans, proofs, parts, rounding=left, compare=compare)
-    return Result(joints, joined(parts), place, text, made)
+    return Result(joints, joined([each.moves.blocks for each in plans]), place, text, made)
 
 
 def _refuse_other_lengths(cl: CLData, machine: Machine, options: Options) -> None:
@@ -149,10 +144,11 @@ def _refuse_other_lengths(cl: CLData, machine: Machine, options: Options) -> Non
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
 
-def _proof(plan: Plan, blocks: Blocks, options: Options) -> Proof:
-    """The proof of the blocks of one tool, as read back; records are those of the whole path."""
+def _proof(plan: Plan, options: Options) -> Proof:
+    """The proof of the moves of one tool, as read back; records are those of the whole path."""
+    moves = plan.moves
     found = proof.prove(
-        plan.path.kin, plan.path.cl, blocks, plan.moves.motion, options.tolerance, options.axis_tolerance,
-        real=options.real, rapid_interpolated=options.control.rapid_interpolated, left_out=plan.moves.pecks,
+        plan.path.kin, plan.path.cl, moves.blocks, moves.motion, options.tolerance, options.axis_tolerance,
+        real=options.real, rapid_interpolated=options.control.rapid_interpolated, left_out=moves.pecks,
     )  # fmt: skip
     return replace(found, worst_record=plan.path.first + found.worst_record)

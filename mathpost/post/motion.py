@@ -31,6 +31,8 @@ class Motion:
     @classmethod
     def joined(cls, parts: Sequence[Motion]) -> Motion:
         """One motion after the other."""
+        if len(parts) == 1:
+            return parts[0]
         return Motion(
             np.concatenate([part.joints for part in parts]),
             np.concatenate([part.place for part in parts]),

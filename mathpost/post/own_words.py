@@ -50,8 +50,8 @@ def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
     )  # fmt: skip
 
 
-def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[Moves, Blocks, int]:
-    """Return moves at the points that the control runs through, these as blocks, and how far the program is read.
+def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[Moves, int]:
+    """Return moves at the points that the control runs through, as they are read back, and how far that is.
 
     `first` is the row of the program, read back, that belongs to the first of the moves. Within an arc its points
     turn by equal angles, as the records do, which are put between them.
@@ -59,7 +59,7 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
     blocks, lines, motion = program.blocks, program.lines, moves.motion
     if moves.run is None:
         stop = first + len(moves.blocks.words)
-        return moves, blocks[first:stop], stop
+        return replace(moves, blocks=blocks[first:stop]), stop
     parts, places, kinds, within, done, row = [], [], [], [], 0, first
     for turn in [*moves.turns.tolist(), len(moves.run)]:
         straight = moves.run[done:turn]
@@ -83,7 +83,7 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
     found = Motion(proof.joints_of(path.kin, run), place, np.concatenate(kinds))
     tip, _ = path.cl.at(place)
     by_feed = np.where(found.at_feed(path.cl), feed_times(tip, path.cl.feeds[found.record[1:]]), np.nan)
-    return replace(moves, motion=found, by_feed=by_feed, smooth=np.concatenate(within)), run, row
+    return replace(moves, motion=found, blocks=run, by_feed=by_feed, smooth=np.concatenate(within)), row
 
 
 def _with_records(

@@ -20,6 +20,7 @@ from mathpost.path.deviation import (
     FEWEST_INTERVALS,
     LEAST_INTERVALS,
     TIP,
+    Ends,
     arcs,
     bounds,
     largest,
@@ -126,11 +127,19 @@ def measured(
     most[1, ~motion.at_feed(cl)] = -1
     if not rapid_interpolated:
         off[blocks.rapid[1:]], most[:, blocks.rapid[1:]] = 0, -1
-    between = arcs(cl, motion.place[:-1], motion.place[1:])
-    path_axis, _ = largest(AXIS, machine, joints, between, most[1], least=least)
+
+    def arcs_of(moves: np.ndarray) -> Ends:
+        return arcs(cl, motion.place[moves], motion.place[moves + 1])
+
+    def segments_of(moves: np.ndarray) -> Ends:
+        return tips[moves], tips[moves + 1]
+
+    path_axis, _ = largest(AXIS, machine, joints, arcs_of, most[1], least=least)
     straight = blocks.tcp[1:]  # the control keeps the tip on the straight line between the blocks
     off[~straight], most[0, straight] = 0, -1
-    path_tip, worst = largest(TIP, machine, joints, (tips[:-1], tips[1:]), most[0], least=least)
+    path_tip, worst = largest(
+        TIP, machine, joints, lambda moves: (tips[moves], tips[moves + 1]), most[0], least=least
+    )
     if off.max(initial=0) > path_tip:
         path_tip, worst = off.max(), int(off.argmax())
 

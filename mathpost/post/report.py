@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.controls.blocks import Blocks
 from mathpost.controls.control import BETWEEN_BLOCKS
 from mathpost.errors import MathpostError
 from mathpost.machine import Machine
@@ -77,16 +76,17 @@ class Report(proof.Proof):
 
 
 def report_of(
-    cl: CLData, machine: Machine, options: Options, plans: list[Plan], proofs: list[proof.Proof],
-    blocks: list[Blocks], *, rounding: float = 0.0, compare: bool = False,
+    cl: CLData, machine: Machine, options: Options, plans: list[Plan], proofs: list[proof.Proof], *,
+    rounding: float = 0.0, compare: bool = False,
 ) -> Report:  # fmt: skip
     """Return the `Report` of a program that was made by `plans`, one for each tool, and passed these proofs.
 
-    `blocks` are those of each tool as they were read back: what is timed is what is written. The control may round
+    The moves of the plans are those that were read back: what is timed is what is written. The control may round
     off `rounding`, mm.
     """
     laws, slow, unknown = [], [], np.zeros(len(machine.joint_names), bool)
-    for each, part in zip(plans, blocks, strict=True):
+    for each in plans:
+        part = each.moves.blocks
         asked, law = law_of(each.path.kin, part, options.control, rounding, each.moves.smooth)
         laws.append(law)
         slow.append(_slowest(each, asked, laws[-1]))
@@ -96,7 +96,7 @@ def report_of(
     before = [each.uncompensated for each in plans if each.uncompensated]
     return Report(
         **vars(worst_of(proofs)),
-        settings=dict(_settings(cl, machine, options, plans, blocks)),
+        settings=dict(_settings(cl, machine, options, plans)),
         time=sum(law.seconds[-1] for law in laws)
         + sum(each.values[0] for _, each in commands(cl.remarks, "dwell")),
         time_law=BETWEEN_BLOCKS[options.control.between_blocks],
@@ -127,9 +127,7 @@ def _slowest(plan: Plan, asked: np.ndarray, law: TimeLaw) -> SlowDown | None:
     return slow_down(record, np.diff(law.seconds), plan.moves.by_feed[moving])
 
 
-def _settings(
-    cl: CLData, machine: Machine, options: Options, plans: list[Plan], blocks: list[Blocks]
-) -> Iterator[tuple[str, str]]:
+def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan]) -> Iterator[tuple[str, str]]:
     """Lines of the report: how the program was made, what else the CL data say, and what was made of it."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
     breaks = [each.path.first + record for each in plans for record in each.chosen.breaks]
@@ -149,7 +147,10 @@ def _settings(
     stated = [length is not None for _, length in cl.by_tool()]
     origins = ["CL data" if each else "machine file" for each in stated]
     yield "tool length", ", ".join(f"{length} ({of})" for length, of in zip(lengths, origins, strict=True))
-    yield "program", f"{sum(len(each.words) for each in blocks)} moves, TCP {'on' if options.tcp else 'off'}"
+    yield (
+        "program",
+        f"{sum(len(each.moves.blocks.words) for each in plans)} moves, TCP {'on' if options.tcp else 'off'}",
+    )
     remarks = [remark for _, remark in cl.remarks]
     comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
     orders = Counter(remark.kind for remark in remarks if not isinstance(remark, str))

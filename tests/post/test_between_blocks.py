@@ -161,6 +161,11 @@ def test_no_move_strays_beyond_its_bound(kin, turn, off):
     assert turn < 0.01 or (found[0] > 3 * off).any()
 
 
+def ends_of(vectors):
+    """Of moves between vectors that follow each other."""
+    return lambda moves: (vectors[moves], vectors[moves + 1])
+
+
 @pytest.mark.parametrize(("turn", "off"), SIZES)
 def test_the_largest_is_that_of_all_moves(kin, turn, off):
     for seed in range(5):
@@ -171,7 +176,7 @@ def test_the_largest_is_that_of_all_moves(kin, turn, off):
         for what, path in ((TIP, tips), (AXIS, axes)):
             wanted = np.where(most[what.index] < 0, 0, expected[what.index])
             for known in (most[what.index], np.where(most[what.index] < 0, -1, np.inf)):
-                error, move = largest(what, kin, joints, (path[:-1], path[1:]), known.copy())
+                error, move = largest(what, kin, joints, ends_of(path), known.copy())
                 assert wanted.max() * (1 - 1e-9) <= error <= wanted.max() + what.resolution
                 assert move == wanted.argmax()
 
@@ -184,15 +189,14 @@ def test_few_moves_are_looked_at(dmu50v, monkeypatch):
         "sampled",
         lambda kin, start, *rest, **more: looked.append(len(start)) or sampled(kin, start, *rest, **more),
     )
-    largest(TIP, dmu50v, joints, (tips[:-1], tips[1:]), most[0])
+    largest(TIP, dmu50v, joints, ends_of(tips), most[0])
     assert len(joints) == 400 and len(looked) == 2 and sum(looked) < 100
 
 
 def test_no_moves_counted(dmu50v):
     joints, tips, *_ = paths(dmu50v, 1, 0.01, 1e-3)
-    path = tips[:-1], tips[1:]
-    assert largest(TIP, dmu50v, joints, path, np.full(len(joints) - 1, -1.0)) == (0, 0)
-    assert largest(TIP, dmu50v, joints[:1], (tips[:0], tips[:0]), np.empty(0)) == (0, -1)
+    assert largest(TIP, dmu50v, joints, ends_of(tips), np.full(len(joints) - 1, -1.0)) == (0, 0)
+    assert largest(TIP, dmu50v, joints[:1], ends_of(tips[:1]), np.empty(0)) == (0, -1)
 
 
 unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)
