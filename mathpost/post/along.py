@@ -9,6 +9,7 @@ of the CL data, and does not go below the place that it left.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -225,11 +226,14 @@ def _over(
     inside = np.arange(np.floor(place[move] + SAME_PLACE) + 1, place[move + 1] - SAME_PLACE)
     places = np.r_[place[move], inside, place[move + 1]]
     points, directions = cl.at(places)
-    off_record = np.min([deviation.from_segment(points, *ends) for ends in pairwise(tips)], axis=0)
-    off_path = np.min([deviation.from_segment(tips, *ends) for ends in pairwise(points)], axis=0)
-    record_lean = np.min([deviation.from_arc(directions, *ends) for ends in pairwise(axes)], axis=0)
-    path_lean = np.min([deviation.from_arc(axes, *ends) for ends in pairwise(directions)], axis=0)
-    return max(off_record.max(), off_path.max()), max(record_lean.max(), path_lean.max())
+    apart, lean = deviation.from_segment, deviation.from_arc
+    tip = max(_furthest(apart, points, tips), _furthest(apart, tips, points))
+    return tip, max(_furthest(lean, directions, axes), _furthest(lean, axes, directions))
+
+
+def _furthest(off: Callable[..., np.ndarray], vectors: np.ndarray, chain: np.ndarray) -> float:
+    """How far the one of n vectors, (n, 3), is off that is furthest from a chain, (m, 3), of segments or arcs."""
+    return float(off(vectors[:, None], chain[:-1], chain[1:]).min(axis=1).max())
 
 
 def _spans(before: float, after: float) -> bool:

@@ -18,8 +18,9 @@ from mathpost.controls.blocks import axis_word
 from mathpost.detective.causes import Cause, Setup, causes, misread
 from mathpost.errors import NUMBER, MathpostError
 from mathpost.kinematics import Kinematics
+from mathpost.path import deviation
 from mathpost.path.cl import CLData
-from mathpost.post.along import Along, Off, along
+from mathpost.post.along import Off, along
 from mathpost.rotation import wrap
 
 MOST = 5  # explanations that are told
@@ -43,7 +44,7 @@ class Case:
     cl: CLData
     tip: float
     axis: float
-    read: Callable[[str], Along]  # simulates another text and compares it
+    follows: Callable[[str], bool]  # simulates another text: whether it is along the CL path
 
     def fits(self, tips: np.ndarray, axes: np.ndarray) -> bool:
         """Whether poses at the ends of the blocks are along the CL path."""
@@ -218,7 +219,7 @@ def _edits(case: Case, off: Off) -> Iterator[str]:
                 changed = [*texts]
                 changed[line - 1] = texts[line - 1][:start] + other + texts[line - 1][end:]
                 try:
-                    fits = case.read("\n".join(changed) + "\n").off is None
+                    fits = case.follows("\n".join(changed) + "\n")
                 except MathpostError:
                     continue
                 if fits:
@@ -226,10 +227,10 @@ def _edits(case: Case, off: Off) -> Iterator[str]:
 
 
 def _near(case: Case, block: int, axis: int, steps: np.ndarray, off: Off) -> np.ndarray:
-    """Which steps of one word would bring a block near the CL path, about the place where it should be.
+    """Which steps of one word would move a block, and near to the CL path about the place where it should be.
 
-    Where the program ends too soon that is the last record. The path is taken at points; half their spacing is
-    added to the tolerances, so that none is missed.
+    A step that leaves tip and tool axis within their tolerances mends nothing. Where the program ends too soon the
+    place is that of the last record.
     """
     words = np.repeat(case.words[block][None], len(steps), axis=0)
     words[:, axis] += steps
@@ -237,13 +238,13 @@ def _near(case: Case, block: int, axis: int, steps: np.ndarray, off: Off) -> np.
     tips = words[:, :3] if case.tcp[block] else tips
     last = len(case.cl) - 1
     first = last if off.what == "end" else max(int(off.record) - 3, 0)
-    places = np.linspace(first, min(first + 7, last), 64 * (min(first + 7, last) - first) + 1)
-    points, directions = case.cl.at(places)
-    near = np.ones((len(steps), len(points)), bool)
-    for found, path, tolerance in ((tips, points, case.tip), (tools, directions, case.axis)):
-        spacing = np.linalg.norm(np.diff(path, axis=0), axis=1).max(initial=0)
-        near &= np.linalg.norm(found[:, None] - path, axis=-1) <= tolerance + spacing / 2
-    return np.logical_or.reduce(near, axis=1)
+    after = np.minimum(np.arange(first, first + 7) + 1, last)
+    points, directions = case.cl.points, case.cl.axes
+    moved = np.linalg.norm(tips - case.tips[block], axis=1) > case.tip
+    moved |= np.linalg.norm(tools - case.axes[block], axis=1) > case.axis
+    near = deviation.from_segment(tips[:, None], points[after - 1], points[after]) <= case.tip
+    near &= deviation.from_arc(tools[:, None], directions[after - 1], directions[after]) <= case.axis
+    return moved & near.any(axis=1)
 
 
 def _alike(number: str) -> list[str]:

@@ -1,11 +1,14 @@
 """Right programs for every control, and slips planted in them, as a post or a person at the control makes them.
 
-A slip is made in the text, or by a post for a machine with another pivot. `python -m tests.post.slips 300 100`
-plants so many, judges so many right programs, and prints what was found and explained.
+A slip is made in the text, or by a post for another machine or path. It counts only if it moves tip or tool axis
+off what the right program cuts, by the reader and the machine of `tests.independent`, which share nothing with the
+package. `python -m tests.post.slips 324 100 SEED` plants so many, kind after kind for one control after the other,
+judges so many right programs, and prints what was found and what was named.
 """
 
 import re
 import sys
+import time
 from collections import Counter
 from dataclasses import dataclass, replace
 
@@ -13,28 +16,29 @@ import numpy as np
 
 from mathpost import machine as machines
 from mathpost import post
-from mathpost.controls import control
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.post.verify import Verified, verify
 from tests.conftest import DATA
+from tests.independent import judge, reader
+from tests.independent.machine_model import Model
+from tests.independent.words import Refused
 from tests.post import test_own_words as own_words
+from tests.post.rewritten import rewritten
 
-KINDS = ("sign", "pivot", "branch", "winding", "digit", "lost", "inch")
+CONTROLS = own_words.CONTROLS
 MACHINES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "ac_head", "nutating_head", "nutating_head_table")
 EFFECT = 0.2  # mm or degrees, by which a slip changes a word at least
-NAMED = {
-    "sign": "turns the other way", "pivot": "pivot", "branch": "other branch|turns the other way|is off by",
-    "winding": "whole turn", "digit": "would be right|alone", "lost": "left out|ends before|missing",
-    "inch": "inch",
-}  # fmt: skip
+# By how much a slip must move tip and tool axis: the right program may use its tolerance, so may the wrong one.
+MOVED = 3 * np.array([0.01, np.radians(0.1)])
 
 
 @dataclass(frozen=True)
 class Job:
     """A path, a machine and a right program."""
 
+    file: str  # of the machine
     machine: object
     control: str
     tcp: bool
@@ -44,28 +48,38 @@ class Job:
     def judged(self, text: str | None = None) -> Verified:
         return verify(self.text if text is None else text, self.machine, self.control, cl=self.path)
 
+    def cut(self, text: str) -> tuple[np.ndarray, np.ndarray]:
+        """What a program cuts: poses (n, 6) in units of `MOVED`, and of which move each is."""
+        setup = self.machine
+        model = Model(DATA / f"machines/{self.file}.toml", length=setup.tool_length, origin=setup.origin)
+        moves = reader.read(text, self.control, reader.Setup(model, length_on=True))
+        found = judge.sample(model, moves, turn=0.5)
+        feed = np.array([moves[move].kind == "feed" for move in found.move], bool)
+        return np.c_[found.tip / MOVED[0], found.axis / MOVED[1]][feed], found.move[feed]
 
-def job(rng, *, tcp=None) -> Job:
+
+def job(rng, control=None, *, tcp=None) -> Job:
     """A random job; a path that a machine cannot run is drawn anew."""
     while True:
-        machine = machines.load(DATA / f"machines/{rng.choice(MACHINES)}.toml")
-        kin, name = Kinematics(machine), str(rng.choice(control.names()))
+        file = str(rng.choice(MACHINES))
+        machine = machines.load(DATA / f"machines/{file}.toml")
+        kin, name = Kinematics(machine), control or str(rng.choice(CONTROLS))
         with_tcp = bool(rng.random() < 0.5) if tcp is None else tcp
         path = _path(rng, kin)
         try:
             made = post.run(path, machine, dialect=name, tcp=with_tcp)
         except MathpostError:
             continue
-        return Job(machine, name, with_tcp, path, made.program)
+        return Job(file, machine, name, with_tcp, path, made.program)
 
 
-def own_words_job(rng) -> Job:
+def own_words_job(rng, control=None, *, tcp=None) -> Job:
     """A random job of arcs or holes, upright or tilted, sometimes with TCP, in the control's own words."""
     while True:
-        name, dialect = str(rng.choice(own_words.MACHINES)), str(rng.choice(own_words.CONTROLS))
+        file, dialect = str(rng.choice(own_words.MACHINES)), control or str(rng.choice(CONTROLS))
         angles = {letter: rng.uniform(10, 30) for letter in "ABC"} if rng.random() < 0.5 else {}
-        setup, *vectors = own_words.on_machine(name, **angles)
-        with_tcp = bool(rng.random() < 0.3)
+        setup, *vectors = own_words.on_machine(file, **angles)
+        with_tcp = bool(rng.random() < 0.3) if tcp is None else tcp
         if rng.random() < 0.5:
             text, _ = own_words.arcs_file(rng, *vectors, int(rng.integers(3, 9)))
         else:
@@ -75,7 +89,7 @@ def own_words_job(rng) -> Job:
             made = post.run(path, setup, dialect=dialect, tcp=with_tcp)
         except MathpostError:
             continue
-        return Job(setup, dialect, with_tcp, path, made.program)
+        return Job(file, setup, dialect, with_tcp, path, made.program)
 
 
 def _path(rng, kin):
@@ -97,15 +111,34 @@ def _path(rng, kin):
     return cl.from_arrays(points, axes, feed=1000.0)
 
 
-def slip(rng, kind: str) -> tuple[Job, str]:
-    """A job and its program with a slip of this kind that changes something."""
+def slip(rng, kind: str, control: str | None = None) -> tuple[Job, str, str]:
+    """A job, its program with a slip of this kind that changes what is cut, and an expression for its name."""
     while True:
-        made = job(rng, tcp=False if kind == "pivot" else None)
-        if kind == "branch" and made.tcp:
-            continue  # with TCP the other branch is right, too
-        changed = PLANTED[kind](rng, made)
-        if changed is not None:
-            return made, changed
+        draw = own_words_job if kind in ("sign", "digit", "lost", "inch") and rng.random() < 0.3 else job
+        made = draw(rng, control, tcp=False if kind in ("pivot", "length") else None)
+        planted = PLANTED[kind](rng, made)
+        if planted is not None and changes(made, planted[0]):
+            return made, *planted
+
+
+def changes(made: Job, text: str) -> bool:
+    """Whether another text cuts elsewhere than the right one, or leaves something out."""
+    try:
+        right, wrong = made.cut(made.text), made.cut(text)
+    except Refused:
+        return True
+    return max(_furthest(right[0], *wrong), _furthest(wrong[0], *right)) > 1
+
+
+def _furthest(points, poses, move):
+    """How far the one of the points is from the ways of poses that is furthest."""
+    same = move[1:] == move[:-1]
+    start, along = poses[:-1][same], np.diff(poses, axis=0)[same]
+    if not len(start):
+        return np.inf
+    off = points[:, None] - start
+    t = np.clip(np.vecdot(off, along) / np.maximum(np.vecdot(along, along), 1e-300), 0, 1)
+    return np.linalg.norm(off - t[..., None] * along, axis=2).min(axis=1).max()
 
 
 def _word(names):
@@ -133,28 +166,36 @@ def _sign(made):
 
 def _sign_slip(rng, made):
     name = made.machine.rotary[rng.integers(2)].name
-    changed = _edited(made, [name], lambda _, value: -value)
-    sizes = [abs(float(found[3])) for found in _word([name]).finditer(made.text)]
-    return changed if max(sizes, default=0) > 1 else None
+    return _edited(made, [name], lambda _, value: -value), f"^{name} turns the other way"
+
+
+def _posted(made, path=None, machine=None):
+    """The program of another path or machine."""
+    try:
+        found = post.run(path or made.path, machine or made.machine, dialect=made.control, tcp=made.tcp)
+    except MathpostError:
+        return None
+    return found.program
 
 
 def _pivot_slip(rng, made):
     which, factor = int(rng.integers(2)), float(rng.choice([0, 2]))
     rotary = list(made.machine.rotary)
     rotary[which] = replace(rotary[which], point=tuple(factor * np.array(rotary[which].point)))
-    other = replace(made.machine, rotary=tuple(rotary))
-    try:
-        changed = post.run(made.path, other, dialect=made.control).program
-    except MathpostError:
-        return None
-    return changed if _moved(made, changed) else None
+    changed = _posted(made, machine=replace(made.machine, rotary=tuple(rotary)))
+    return None if changed is None else (changed, f"pivot of {rotary[which].name} ")
 
 
-def _moved(made, changed):
-    first, second = (
-        np.array([float(found[3]) for found in _word("XYZ").finditer(text)]) for text in (made.text, changed)
-    )
-    return len(first) != len(second) or np.abs(first - second).max() > EFFECT
+def _length_slip(rng, made):
+    more = float(rng.choice([-1, 1]) * rng.uniform(0.5, 40))
+    changed = _posted(made, machine=made.machine.with_setup(tool_length=made.machine.tool_length + more))
+    return None if changed is None else (changed, "tool is .* (longer|shorter)|tool length")
+
+
+def _origin_slip(rng, made):
+    shift = rng.uniform(-20, 20, 3) * (rng.random(3) < 0.6)
+    changed = _posted(made, path=cl.from_arrays(made.path.points + shift, made.path.axes, feed=1000.0))
+    return None if changed is None else (changed, "origin")
 
 
 def _branch_slip(rng, made):
@@ -167,12 +208,11 @@ def _branch_slip(rng, made):
     lines = made.text.splitlines()
     for number, angles in other.items():
         values = dict(zip(names, angles, strict=True))
-        line, seen = lines[number - 1], set()
-        line = _word(names).sub(lambda f: seen.add(f[1]) or f"{f[1]}{f[2]}{values[f[1]]:{_sign(made)}.4f}", line)  # noqa: B023
-        lines[number - 1] = line
-    text = "\n".join(lines) + "\n"
-    tips = np.abs(verify(text, made.machine, made.control).tips - read.tips).max()
-    return text if tips > EFFECT else None
+        lines[number - 1] = _word(names).sub(
+            lambda found: f"{found[1]}{found[2]}{values[found[1]]:{_sign(made)}.4f}",  # noqa: B023
+            lines[number - 1],
+        )
+    return "\n".join(lines) + "\n", "other branch"
 
 
 def _winding_slip(rng, made):
@@ -182,7 +222,7 @@ def _winding_slip(rng, made):
         return None
     first = int(rng.integers(len(rows) // 3, len(rows)))
     text = _edited(made, [endless[0]], lambda _, value: value + 360, rows[first:])
-    return text if text != made.text and "G0" not in made.text.splitlines()[rows[first]] else None
+    return text, f"^{endless[0]} turns by .* whole turn"
 
 
 def _digit_slip(rng, made):
@@ -197,53 +237,72 @@ def _digit_slip(rng, made):
         return None
     start, end = found.span(3)
     lines[n] = lines[n][:start] + number + lines[n][end:]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n", f"^line {n + 1}: {re.escape(found[1] + found[2] + number)} stands where"
 
 
 def _lost_slip(rng, made):
     lines, rows = made.text.splitlines(), _rows(made.text)
     gone = int(rng.choice(rows))
-    return "\n".join(lines[:gone] + lines[gone + 1 :]) + "\n"
+    return "\n".join(lines[:gone] + lines[gone + 1 :]) + "\n", "left out|ends before|missing"
 
 
 def _inch_slip(rng, made):
     factor = float(rng.choice([25.4, 1 / 25.4]))
-    return _edited(made, "XYZ", lambda _, value: value * factor)
+    return _edited(made, "XYZ", lambda _, value: value * factor), "inch"
 
 
 PLANTED = {
     "sign": _sign_slip, "pivot": _pivot_slip, "branch": _branch_slip, "winding": _winding_slip,
-    "digit": _digit_slip, "lost": _lost_slip, "inch": _inch_slip,
+    "digit": _digit_slip, "lost": _lost_slip, "inch": _inch_slip, "length": _length_slip, "origin": _origin_slip,
 }  # fmt: skip
+KINDS = tuple(PLANTED)
 
 
-def main(planted: int, right: int) -> None:
+def right(rng) -> tuple[Job, str]:
+    """A job, half of them in the control's own words, and a right program, half of them in another post's words."""
+    made = own_words_job(rng) if rng.random() < 0.5 else job(rng)
+    return made, rewritten(rng, made) if rng.random() < 0.5 else made.text
+
+
+def main(planted: int, rightly: int, seed: int) -> None:
     """Plant so many slips and judge so many right programs."""
-    rng, found, explained, said, wrong = np.random.default_rng(38), Counter(), Counter(), Counter(), 0
+    rng, counts, took = np.random.default_rng(seed), Counter(), []
     for n in range(planted):
-        kind = KINDS[n % len(KINDS)]
-        made, text = slip(rng, kind)
-        try:
-            judged = made.judged(text)
-        except MathpostError as error:
-            found[kind], explained[kind] = found[kind] + 1, explained[kind] + ("word before" in str(error))
-            continue
-        found[kind] += judged.status == 1
-        explained[kind] += any(re.search(NAMED[kind], sentence) for sentence in judged.explained)
-        said[kind] += bool(judged.explained)
-        if judged.status != 1 or not any(re.search(NAMED[kind], each) for each in judged.explained):
-            print(f"--- {n} {kind} {made.machine.name}, {made.control}, TCP {made.tcp}\n{judged}")
-    for _ in range(right):
-        made = job(rng)
-        judged = made.judged()
+        kind, control = KINDS[n % len(KINDS)], CONTROLS[n // len(KINDS) % len(CONTROLS)]
+        made, text, name = slip(rng, kind, control)
+        began = time.perf_counter()
+        verdict, said = _verdict(made, text, name)
+        took.append(time.perf_counter() - began)
+        counts[kind, verdict] += 1
+        counts[control, verdict] += 1
+        if verdict in ("unfound", "misnamed", "unnamed"):
+            print(f"--- {n} {kind} {made.file}, {control}, TCP {made.tcp}, {name!r}\n{said}", flush=True)
+    for n in range(rightly):
+        made, text = right(rng)
+        judged = made.judged(text)
+        counts["right", "wrong" if judged.status else "right"] += 1
         if judged.status:
-            wrong += 1
-            print(f"--- right {made.machine.name}, {made.control}, TCP {made.tcp}\n{judged}")
-    for kind in KINDS:
-        count = len(range(KINDS.index(kind), planted, len(KINDS)))
-        print(f"{kind:8s} found {found[kind]} of {count}, named {explained[kind]}, something said {said[kind]}")
-    print(f"right programs called wrong: {wrong} of {right}")
+            print(f"--- right {n} {made.file}, {made.control}, TCP {made.tcp}\n{judged}", flush=True)
+    verdicts = ("unread", "named", "among", "unnamed", "misnamed", "unfound")
+    print(f"{'':12s}" + "".join(f"{verdict:>10s}" for verdict in verdicts))
+    for row in (*KINDS, *CONTROLS):
+        print(f"{row:12s}" + "".join(f"{counts[row, verdict]:10d}" for verdict in verdicts))
+    print(f"seconds a slip: mean {np.mean(took):.2f}, most {max(took):.2f}" if took else "")
+    print(f"right programs called wrong: {counts['right', 'wrong']} of {rightly}")
+
+
+def _verdict(made: Job, text: str, name: str) -> tuple[str, str]:
+    """What became of a slip: not read, found and named first, among others, not or wrongly, or not found."""
+    try:
+        judged = made.judged(text)
+    except MathpostError as error:
+        return "unread", str(error)
+    if judged.status == 0:
+        return "unfound", str(judged)
+    fits = [bool(re.search(name, sentence)) for sentence in judged.explained]
+    verdict = "unnamed" if not fits else "named" if fits[0] else "among" if any(fits) else "misnamed"
+    return verdict, str(judged)
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:3]))
+    main(*map(int, sys.argv[1:4]))
