@@ -79,6 +79,12 @@ class Setup(Misread):
         is_pivot = not isinstance(named, str) and np.array_equal(named, self.point(name))
         return moved._with("r", point) if is_pivot else moved
 
+    def longer(self, more: float) -> Setup:
+        """The same with a tool that is so many mm longer; X Y Z that name its tip go on naming it."""
+        length = self.machine.tool_length + more
+        made = self.values | {chain.Geometry.symbols(self.machine).tool_length: length}
+        return replace(self, values=made, tool=self.tool - more * unit(np.array(self.machine.tool_axis)))
+
     def reversed(self, name: str) -> Setup:
         """The same with a rotary axis that turns the other way."""
         return self._with(f"V_{name}", -self._vector(f"V_{name}"))

@@ -25,6 +25,7 @@ from mathpost.path.cl import CLData
 if TYPE_CHECKING:
     from mathpost.machine import Machine
 
+BOX = 16  # segments of the path that are looked at together
 WINDOW = 200  # records that may lie between the places of two blocks
 MANY = 15_000  # blocks; with more of them it pays to load Numba
 SAMPLES = 33  # of a move that spans records
@@ -76,7 +77,8 @@ def along(
     loop = compiled(_placed) if len(tips) > MANY else _placed
     place = np.full(len(tips), np.nan)
     poses = [np.ascontiguousarray(each) for each in (tips, axes, points, directions)]
-    loop(poses[0], poses[1], poses[2], poses[3], tip, axis, place)
+    low, high = _boxes(points, tip)
+    loop(poses[0], poses[1], poses[2], poses[3], low, high, tip, axis, place)
     off = _position_off(tips, axes, cl, points, directions, tip, axis, place)
     last = len(tips) if off is None or off.what == "end" else off.block
     most = np.zeros(2)
@@ -87,16 +89,35 @@ def along(
     return Along(place, off, *map(float, most))
 
 
+def _boxes(points: np.ndarray, tip: float) -> tuple[np.ndarray, np.ndarray]:
+    """The corners of the boxes around every `BOX` segments of a path, outside of which no tip is on it."""
+    starts = np.arange(0, len(points) - 1, BOX)
+    corners = []
+    for corner in (np.minimum, np.maximum):
+        ends = corner(points[:-1], points[1:])
+        corners.append(corner.reduceat(ends, starts))
+    return corners[0] - tip, corners[1] + tip
+
+
 def _placed(
-    tips: np.ndarray, axes: np.ndarray, points: np.ndarray, directions: np.ndarray, tip: float, axis: float,
-    place: np.ndarray,
+    tips: np.ndarray, axes: np.ndarray, points: np.ndarray, directions: np.ndarray, low: np.ndarray,
+    high: np.ndarray, tip: float, axis: float, place: np.ndarray,
 ) -> None:  # fmt: skip
     """Put into `place` where each block ends on the path, or leave NaN."""
     started, at = False, 0.0
     for block in range(len(tips)):
         first = int(at)
         stop = min(first + WINDOW, len(points) - 1) if started else 1
-        for segment in range(min(first, len(points) - 2), stop):
+        segment = min(first, len(points) - 2) - 1
+        while segment + 1 < stop:
+            segment += 1
+            box = segment // BOX
+            outside = False
+            for k in range(3):
+                outside = outside or tips[block, k] < low[box, k] or tips[block, k] > high[box, k]
+            if outside:
+                segment = (box + 1) * BOX - 1
+                continue
             up, down = 0.0, 0.0
             for k in range(3):
                 step, turn = (

@@ -74,6 +74,11 @@ class Case:
 
         return self._by_machine(self.words, pose)
 
+    def longer(self, more: float) -> np.ndarray:
+        """Return the tips of all blocks with a tool that is so many mm longer."""
+        setups = {kin: Setup.right(kin.machine).longer(more) for kin in dict.fromkeys(self.kin)}
+        return self._by_machine(self.words, lambda kin, rows: setups[kin].pose(rows))[0]
+
     def _by_machine(self, words: np.ndarray, pose: Callable[[Kinematics, np.ndarray], np.ndarray]) -> Poses:
         found = np.empty((len(words), 6))
         for kin in dict.fromkeys(self.kin):
@@ -90,7 +95,7 @@ def explain(case: Case, off: Off) -> tuple[str, ...]:
         found += _on_the_way(case, off)
     elif off.what == "position":
         found += list(_poses(case, off))
-        found += [] if found else list(_shifts(case))
+        found += [] if found else list(_shifts(case, off))
     if not found and len(case.text) < LONGEST * 40:
         found += list(_edits(case, off))
     if not found and off.what == "position" and off.record == 0 and len(case.cl) > 1:
@@ -172,24 +177,30 @@ def _other_branch(case: Case) -> np.ndarray:
     return words
 
 
-def _shifts(case: Case) -> Iterator[str]:
-    """Another work offset, origin of the CL data, or tool length, from a block that may be at the first record."""
-    point, axis = case.cl.points[0], case.cl.axes[0]
-    for block in range(min(CANDIDATES, len(case.words))):
+def _shifts(case: Case, off: Off) -> Iterator[str]:
+    """Another tool length, origin of the CL data or work offset, from a block that may be at the first record.
+
+    Where the first blocks are right it is the first record that is not reached, and a block from there on.
+    """
+    record = int(off.record)
+    point, axis = case.cl.points[record], case.cl.axes[record]
+    per_mm = case.longer(1.0) - case.tips
+    begin = off.block if record else 0
+    for block in range(begin, min(begin + CANDIDATES, len(case.words))):
         if np.linalg.norm(case.axes[block] - axis) > case.axis:
             continue
         missing = point - case.tips[block]
-        kin = case.kin[block]
-        moved = (
-            kin.close(point, np.deg2rad(case.words[block, 3:]))[:3]
-            - kin.close(case.tips[block], np.deg2rad(case.words[block, 3:]))[:3]
-        )
-        along_tool = missing @ axis
-        along_axis = np.linalg.norm(missing - along_tool * axis) < case.tip
-        if along_axis and case.fits(case.tips + along_tool * case.axes, case.axes):
-            yield f"the tool is {abs(along_tool):.4f} mm {'longer' if along_tool > 0 else 'shorter'} in the program"
+        gain = per_mm[block] @ per_mm[block]
+        longer = missing @ per_mm[block] / gain if gain > 0 else 0.0
+        if np.linalg.norm(missing - longer * per_mm[block]) < case.tip and case.fits(
+            case.tips + longer * per_mm, case.axes
+        ):
+            sense = "longer" if longer > 0 else "shorter"
+            yield f"the program is made for a tool that is {abs(longer):.2f} mm {sense}"
         if case.fits(case.tips + missing, case.axes):
             yield f"the origin of the CL data is moved by {_vector(-missing)} in the workpiece"
+        kin, angles = case.kin[block], np.deg2rad(case.words[block, 3:])
+        moved = (kin.close(point, angles) - kin.close(case.tips[block], angles))[:3]
         shifted = case.words.copy()
         shifted[~case.tcp, :3] += moved
         if not case.tcp.any() and case.fits(*case.pose(shifted)):
@@ -198,7 +209,7 @@ def _shifts(case: Case) -> Iterator[str]:
 
 
 def _vector(values: np.ndarray) -> str:
-    return " ".join(f"{name}{value:+z.4f}" for name, value in zip("XYZ", values, strict=True))
+    return " ".join(f"{name}{value:+z.3f}" for name, value in zip("XYZ", values, strict=True))
 
 
 def _edits(case: Case, off: Off) -> Iterator[str]:
@@ -270,5 +281,8 @@ def _alike(number: str) -> list[str]:
     found += [
         sign + digits[:place] + other + digits[place:] for place in range(len(digits) + 1) for other in "0123456789"
     ]
-    unique = dict.fromkeys(each for each in found if re.fullmatch(NUMBER, each) and float(each) != float(number))
-    return list(unique)
+    unique: dict[float, str] = {}
+    for each in found:
+        if re.fullmatch(NUMBER, each) and float(each) != float(number):
+            unique.setdefault(float(each), each)
+    return list(unique.values())

@@ -195,13 +195,15 @@ def _compared(
 
 
 def _outside(program: Program, joints: np.ndarray, kin: list[Kinematics]) -> tuple[tuple[int, str], ...]:
-    """Blocks that end out of travel, or go there on their way under TCP."""
+    """Blocks that end out of travel, the first of several with the same joints, or on their way under TCP."""
     found: list[tuple[int, str]] = []
     tcp = program.blocks.tcp
     for machine in dict.fromkeys(kin):
         rows = np.flatnonzero([each is machine for each in kin])
-        ok = np.all(machine.machine.within(joints[rows]), axis=1)
-        found += [(int(row), "; ".join(machine.machine.out_of_travel(joints[row]))) for row in rows[~ok]]
+        inside = machine.machine.within(joints[rows])
+        ok = inside.all(axis=1)
+        anew = ~ok & np.r_[True, (inside[1:] != inside[:-1]).any(axis=1)]
+        found += [(int(row), "; ".join(machine.machine.out_of_travel(joints[row]))) for row in rows[anew]]
         follows = np.array([row > 0 and kin[row - 1] is machine for row in rows], bool)
         inner = rows[ok & follows & tcp[rows] & tcp[rows - 1]]
         words = program.blocks.joints

@@ -31,6 +31,7 @@ CONTROLS = own_words.CONTROLS
 MACHINES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "ac_head", "nutating_head", "nutating_head_table")
 EFFECT = 0.2  # mm or degrees, by which a slip changes a word at least
 # By how much a slip must move tip and tool axis: the right program may use its tolerance, so may the wrong one.
+SLOW = 2.0  # seconds for a slip
 MOVED = 3 * np.array([0.01, np.radians(0.1)])
 
 
@@ -187,15 +188,19 @@ def _pivot_slip(rng, made):
 
 
 def _length_slip(rng, made):
-    more = float(rng.choice([-1, 1]) * rng.uniform(0.5, 40))
-    changed = _posted(made, machine=made.machine.with_setup(tool_length=made.machine.tool_length + more))
-    return None if changed is None else (changed, "tool is .* (longer|shorter)|tool length")
+    more = round(float(rng.choice([-1, 1]) * rng.uniform(0.5, 40)), 2)
+    length = made.machine.tool_length + more
+    changed = _posted(made, machine=made.machine.with_setup(tool_length=length)) if length > 0 else None
+    said = f"^the program is made for a tool that is {abs(more):.2f} mm {'longer' if more > 0 else 'shorter'}"
+    return None if changed is None else (changed, said)
 
 
 def _origin_slip(rng, made):
-    shift = rng.uniform(-20, 20, 3) * (rng.random(3) < 0.6)
+    shift = np.round(rng.uniform(-20, 20, 3) * (rng.random(3) < 0.6), 2)
+    moved = " ".join(f"{name}{value:+z.3f}" for name, value in zip("XYZ", shift, strict=True))
+    said = "^the origin of the CL data is moved by " + re.escape(moved)
     changed = _posted(made, path=cl.from_arrays(made.path.points + shift, made.path.axes, feed=1000.0))
-    return None if changed is None else (changed, "origin")
+    return None if changed is None else (changed, said)
 
 
 def _branch_slip(rng, made):
@@ -204,7 +209,8 @@ def _branch_slip(rng, made):
     both = kin.inverse(read.tips, read.axes, degrees=True)[..., 3:]
     now = np.degrees(read.joints[:, 3:])
     away = np.abs((both - now[:, None] + 180) % 360 - 180).sum(axis=2).argmax(axis=1)
-    other = dict(zip(read.program.lines.tolist(), both[np.arange(len(now)), away].tolist(), strict=True))
+    turns = np.unwrap(both[np.arange(len(now)), away], period=360, axis=0)
+    other = dict(zip(read.program.lines.tolist(), turns.tolist(), strict=True))
     lines = made.text.splitlines()
     for number, angles in other.items():
         values = dict(zip(names, angles, strict=True))
@@ -247,8 +253,15 @@ def _lost_slip(rng, made):
 
 
 def _inch_slip(rng, made):
+    """The word of the unit, or all numbers of X Y Z where no arcs and cycles have others."""
+    if re.search(r"^C |[IJKR]-?\d|CYC", made.text, re.MULTILINE) or rng.random() < 0.5:
+        return re.sub(r"\bG21\b|\bG710\b| MM$", _other_unit, made.text, flags=re.MULTILINE), "inch"
     factor = float(rng.choice([25.4, 1 / 25.4]))
     return _edited(made, "XYZ", lambda _, value: value * factor), "inch"
+
+
+def _other_unit(found):
+    return {" MM": " INCH", "G21": "G20", "G710": "G700"}[found[0]]
 
 
 PLANTED = {
@@ -275,8 +288,11 @@ def main(planted: int, rightly: int, seed: int) -> None:
         took.append(time.perf_counter() - began)
         counts[kind, verdict] += 1
         counts[control, verdict] += 1
-        if verdict in ("unfound", "misnamed", "unnamed"):
-            print(f"--- {n} {kind} {made.file}, {control}, TCP {made.tcp}, {name!r}\n{said}", flush=True)
+        if took[-1] > SLOW or verdict in ("unfound", "misnamed", "unnamed"):
+            print(
+                f"--- {n} {kind} {made.file}, {control}, TCP {made.tcp}, {name!r}, {took[-1]:.2f} s\n{said}",
+                flush=True,
+            )
     for n in range(rightly):
         made, text = right(rng)
         judged = made.judged(text)
