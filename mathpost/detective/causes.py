@@ -53,7 +53,7 @@ class Setup(Misread):
     slips: tuple[Slip, ...] = ()
 
     @classmethod
-    @lru_cache(maxsize=64)  # noqa: B019
+    @lru_cache(maxsize=64)
     def right(cls, machine: Machine) -> Setup:
         """The chain as the machine has it."""
         symbols, numbers = chain.Geometry.symbols(machine).flat(), chain.Geometry.numbers(machine).flat()
