@@ -101,14 +101,12 @@ class Machine:
     source: str
     rotary: tuple[Rotary, ...]  # the workpiece side from the bed outwards, then the tool side from the bed outwards
     linear: tuple[Linear, ...]  # X, Y, Z
-    origin: tuple[
-        float, ...
-    ]  # of the workpiece, in machine coordinates at rotary zero, mm; programmed X Y Z count from it
+    # Of the workpiece, in machine coordinates at rotary zero, mm; programmed X Y Z count from it:
+    origin: tuple[float, ...]
     tool_axis: tuple[float, ...]  # from the tip towards the spindle, at rotary zero; not yet of unit length
     tool_length: float  # spindle nose to tip, mm
-    programmed_point: (
-        str | tuple[float, ...]
-    )  # of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose
+    # Of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose:
+    programmed_point: str | tuple[float, ...]
     # What the limits of X Y Z count: "slides", in machine coordinates (a slide stands at its word, plus the origin,
     # plus the tool where the word names the tip), or "words".
     limits_of: str = "slides"

@@ -6,19 +6,29 @@ carries. A bearing is square to its axis: one on both sides where the axis lies 
 one on one side (turntable, nutating head).
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost import chain
-from mathpost.draw.part import BLADE_COLOUR
+from mathpost.draw.part import BLADE_COLOUR, Part
 from mathpost.draw.plot import COLOUR
-from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring
+from mathpost.draw.solid import Hull, Lofted, Profile, Solid, Turned, block, put, ring
 from mathpost.formula import numeric
 from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.machine import Machine, Rotary
+    from mathpost.path.cl import CLData
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
@@ -45,61 +55,72 @@ class Arrangement:
 
     size: float  # mm, the unit of all proportions
     home: np.ndarray  # joints (5,) of the layout: rotary zero, the tool above the workpiece
-    into: dict  # body → 4×4 matrix from the machine's coordinates to its own
-    solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
-    lines: dict = field(default_factory=dict)  # joint → ends of its axis (2, 3), in its body's coordinates
-    plate: np.ndarray | None = None  # the bed's corners (8, 3)
+    into: dict[str, np.ndarray]  # body → 4×4 matrix from the machine's coordinates to its own
+    solids: list[Solid] = field(default_factory=list)
+    lines: dict[str, np.ndarray] = field(
+        default_factory=dict
+    )  # joint → ends of its axis (2, 3), in its body's coordinates
+    plate: np.ndarray = field(init=False)  # the bed's corners (8, 3), once it stands
     retreat: float = 0.0  # mm, how far the tool's slides go back at most when the rotary axes turn about the tip
 
-    def hull(self, body, shade, *corners):
+    def hull(self, body: str, shade: str, *corners: np.ndarray) -> None:
         """Add the hull of these points, `shade` one of `GREYS` or a colour."""
         self.solids.append(Hull(body, GREYS.get(shade, shade), put(self.into[body], np.concatenate(corners))))
 
-    def lathe(self, body, shade, profile, radius, height, origin, axis):
+    def lathe(
+        self,
+        body: str,
+        shade: str,
+        profile: Profile,
+        radius: float,
+        height: float,
+        origin: np.ndarray,
+        axis: np.ndarray,
+    ) -> None:
         """Add a turned solid, its profile in shares of radius and height."""
         scaled, into = [(radius * r, height * h) for r, h in profile], self.into[body]
         self.solids.append(Turned(body, GREYS.get(shade, shade), scaled, put(into, origin), into[:3, :3] @ axis))
 
-    def disc(self, body, middle, axis, radius):
+    def disc(self, body: str, middle: np.ndarray, axis: np.ndarray, radius: float) -> None:
         """Add a dark disc: a bearing."""
         height, bevel = 0.12 * self.size, 0.08 * radius
         rim = [(radius - bevel, 0), (radius, bevel), (radius, height - bevel), (radius - bevel, height)]
         self.lathe(body, "bearing", [(0, 0), *rim, (0, height)], 1, 1, middle - height / 2 * axis, axis)
 
-    def turns(self, body, bearings, axis, radius):
+    def turns(self, body: str, bearings: list[np.ndarray], axis: np.ndarray, radius: float) -> list[np.ndarray]:
         """Show the axis of a body by a line, and a disc at every bearing; return the bearings."""
         for bearing in bearings:
             self.disc(body, bearing.mean(axis=0), axis, radius)
         self.line(body, bearings, axis)
         return bearings
 
-    def line(self, body, bearings, axis):
+    def line(self, body: str, bearings: list[np.ndarray], axis: np.ndarray) -> None:
         """Set the line of a rotary axis, a little longer than its bearings."""
         points = np.concatenate(bearings)
         along, foot = points @ axis, points.mean(axis=0)
         ends = np.array([[along.min() - 0.3 * self.size], [along.max() + 0.3 * self.size]])
         self.lines[body] = put(self.into[body], foot - foot @ axis * axis + ends * axis)
 
-    def join(self, body, shade, carried, bearings):
+    def join(self, body: str, shade: str, carried: list[np.ndarray], bearings: list[np.ndarray]) -> None:
         """Add the hull of every carried ring and every bearing."""
         for pair in product(carried, bearings):
             self.hull(body, shade, *pair)
 
 
 @lru_cache(maxsize=32)
-def placing(machine):
+def placing(machine: Machine) -> Callable[[ArrayLike], dict[str, np.ndarray]]:
     """Compile `mathpost.chain.bodies`: a function from joints, shape (k,), to a dict of 4×4 matrices."""
     pairs = chain.bodies(machine)
     compiled = numeric(sp.ImmutableMatrix.vstack(*(m for _, m in pairs)), chain.joint_symbols(machine))
 
-    def places(joints):
+    def places(joints: ArrayLike) -> dict[str, np.ndarray]:
         matrices = compiled(*np.asarray(joints, dtype=float)).reshape(-1, 4, 4)
         return {"bed": np.eye(4)} | dict(zip([name for name, _ in pairs], matrices, strict=True))
 
     return places
 
 
-def arrange(kin, cl=None, part=None):
+def arrange(kin: Kinematics, cl: CLData | None = None, part: Part | None = None) -> Arrangement:
     """Lay out the `Arrangement` of a machine, the workpiece fitted to the path `cl` if there is one.
 
     A `Part` stands on it in place of the sketch of a blade.
@@ -126,35 +147,39 @@ def arrange(kin, cl=None, part=None):
     return made
 
 
-def _size(machine, cl):
+def _size(machine: Machine, cl: CLData | None) -> float:
     """The size of a machine: a length that suits its tool, offsets and path."""
     lengths, origin = [80.0, 0.9 * machine.tool_length], np.array(machine.origin)
     for each in machine.rotary:
         if each.carries == "workpiece":
-            lengths.append(np.linalg.norm(origin - _foot(each, origin)))
+            lengths.append(float(np.linalg.norm(origin - _foot(each, origin))))
         else:
-            lengths.append(0.8 * np.linalg.norm(_foot(each, np.zeros(3))))
+            lengths.append(0.8 * float(np.linalg.norm(_foot(each, np.zeros(3)))))
     if cl is not None:
         lengths += [1.1 * np.ptp(cl.points, axis=0).max(), 1.2 * np.linalg.norm(cl.points, axis=1).max()]
     return max(lengths)
 
 
-def _workpiece(size, cl, part):
+def _workpiece(size: float, cl: CLData | None, part: Part | None) -> tuple[np.ndarray, np.ndarray]:
     """Opposite corners of the workpiece in its frame; a path lies on its top, a blade or a part stands on it."""
-    if cl is None and part is None:
+    if part is not None:
+        foot = part.rings[0]
+    elif cl is not None:
+        foot = cl.points
+    else:
         return size * np.array([-0.5, -0.35, -0.4]), size * np.array([0.5, 0.35, 0.0])
-    foot = cl.points if part is None else part.rings[0]
     low, high = foot.min(axis=0), foot.max(axis=0)
     middle, half = (low + high)[:2] / 2, np.maximum((high - low)[:2] / 2 + 0.08 * size, 0.3 * size)
-    top = low[2] - (0.5 * size if part is None and _is_point(size, cl) else 0.0)
+    under_point = part is None and cl is not None and _is_point(size, cl)
+    top = low[2] - (0.5 * size if under_point else 0.0)
     return np.array([*(middle - half), min(0.0, top - 0.3 * size)]), np.array([*(middle + half), top])
 
 
-def _is_point(size, cl):
+def _is_point(size: float, cl: CLData) -> bool:
     return np.ptp(cl.points, axis=0).max() < 0.01 * size
 
 
-def _blade(size, cl, root):
+def _blade(size: float, cl: CLData, root: float) -> list[np.ndarray]:
     """The rings of a blade under a path that is a point, where the tool fans; `root` is the lowest height."""
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)[:, None]
     tip, fan = cl.points.mean(axis=0), np.ptp(cl.axes[:, :2], axis=0)
@@ -167,7 +192,7 @@ def _blade(size, cl, root):
     return [*rings, tip[None]]
 
 
-def _workpiece_side(made, machine, stock):
+def _workpiece_side(made: Arrangement, machine: Machine, stock: np.ndarray) -> None:
     """Turntable and cradle from the workpiece down, then the bed."""
     size, tables = made.size, [r for r in machine.rotary if r.carries == "workpiece"]
     lowest, radius = stock[:, 2].min(), 0.3 * size
@@ -205,18 +230,18 @@ def _workpiece_side(made, machine, stock):
         floor, left, right = floor - 0.12 * size, left - 0.1 * size, right + 0.1 * size
 
 
-def _tool_side(made, machine, tip, tool_axis, radius):
+def _tool_side(made: Arrangement, machine: Machine, tip: np.ndarray, tool_axis: np.ndarray, radius: float) -> None:
     """Tool, spindle and heads from the tool up, then the slides."""
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
     face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
-    reach, turn = np.linalg.norm(face - tip), np.linspace(0, np.pi / 2, 7)
+    reach, turn = float(np.linalg.norm(face - tip)), np.linspace(0, np.pi / 2, 7)
     ball = [*zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True)]
     cutter = [*ball, (radius, 0.55 * reach), (0, 0.55 * reach)]
     made.lathe("tool", COLOUR["tool"], cutter, 1, 1, tip, tool_axis)
     made.lathe("tool", "holder", HOLDER, 0.1 * size, reach, tip, tool_axis)
-    slides, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]
-    slides = [*["bed"] * (3 - len(slides)), *slides]
+    moving, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]
+    slides = [*["bed"] * (3 - len(moving)), *moving]
     if heads:  # the spindle's housing is one body, what carries it may have two arms
         swivel, axis = heads[-1], _along(heads[-1], tool_axis)
         foot = nose + _foot(swivel, face - nose, tool_axis)
@@ -246,7 +271,7 @@ def _tool_side(made, machine, tip, tool_axis, radius):
     _slides(made, slides, foot, width)
 
 
-def _slides(made, slides, foot, width):
+def _slides(made: Arrangement, slides: Sequence[str], foot: np.ndarray, width: float) -> None:
     """The outer slide on a wall behind the bed, and the beam of the next, with the ram of the last at its end."""
     size, (left, _, floor), (right, edge, top) = made.size, made.plate.min(axis=0), made.plate.max(axis=0)
     back, bottom = foot[1] + max(0.6 * size, made.retreat + 1.2 * width), foot[2] + 0.45 * size
@@ -261,20 +286,22 @@ def _slides(made, slides, foot, width):
     made.hull(slides[1], "second", block([*low, bottom], [*high, bottom + 0.35 * size]))
 
 
-def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
+def _bearings(
+    foot: np.ndarray, axis: np.ndarray, carried_axis: np.ndarray, *, clear: float, thin: float, radius: float
+) -> list[np.ndarray]:
     """Rings square to `axis` about `foot`: two if it lies across `carried_axis`, otherwise one against `axis`."""
     if abs(axis @ carried_axis) < ACROSS:
         return [ring(foot + side * clear * axis, axis, radius) for side in (-1, 1)]
     return [ring(foot - thin * axis, axis, 1.2 * radius)]
 
 
-def _along(rotary, direction):
+def _along(rotary: Rotary, direction: np.ndarray) -> np.ndarray:
     """The unit vector of a rotary axis, turned towards `direction`."""
     axis = unit(np.array(rotary.axis))
     return axis if axis @ direction > -1e-9 else -axis
 
 
-def _foot(rotary, point, direction=None):
+def _foot(rotary: Rotary, point: np.ndarray, direction: np.ndarray | None = None) -> np.ndarray:
     """The point of a rotary axis nearest to `point`, or to the line through it along `direction`."""
     axis, on = unit(np.array(rotary.axis)), np.array(rotary.point, dtype=float)
     away = point - on

@@ -4,19 +4,34 @@ The text is saved beside the picture in a lesson, so a wrong curve fails the com
 does. Screen readers read it, too.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from itertools import groupby
+from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import Collection
 from matplotlib.colors import to_hex, to_rgba_array
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.quiver import Quiver
 from matplotlib.text import Text
 
 from mathpost.draw.solid import put
 
+if TYPE_CHECKING:
+    from mathpost.draw.scene import Scene
+
+Shown = Line2D | Patch | Collection | AxesImage | Text
 PLACES = 5  # points quoted of an artist, from its first to its last
 DIGITS = 10
 
 
-def describe(figure):
+def describe(figure: Figure) -> str:
     """Return what a figure shows: a line for each axes, with its labels, and one for each artist in it.
 
     That line has the artist's label, colour, number of points, the range of each coordinate and a few of its
@@ -29,7 +44,7 @@ def describe(figure):
         texts |= {"z": axes.get_zlabel()} if hasattr(axes, "get_zlabel") else {}
         labels = ", ".join(f'{name} "{text}"'.strip() for name, text in texts.items() if text)
         lines.append("picture" + f" with {labels}" * bool(labels))
-        artists = [*axes.lines, *axes.collections, *axes.patches, *axes.images, *axes.texts]
+        artists: list[Shown] = [*axes.lines, *axes.collections, *axes.patches, *axes.images, *axes.texts]
         told = [_told(artist, axes) for artist in artists]
         for (kind, label, colour, count), group in groupby(filter(None, told), key=lambda told: told[:4]):
             points = [points for *_, points in group]
@@ -41,10 +56,10 @@ def describe(figure):
     return "\n".join(lines)
 
 
-def describe_scene(scene):
+def describe_scene(scene: Scene) -> str:
     """Return what a `Scene` shows: solids by their bounding boxes, lines by points."""
 
-    def placed(body, points):
+    def placed(body: str, points: np.ndarray) -> np.ndarray:
         points = put(scene.places[body], points)
         return np.where(np.abs(points) < 1e-12 * scene.radius, 0, points)
 
@@ -63,13 +78,13 @@ def describe_scene(scene):
     return "\n".join(lines)
 
 
-def describe_values(name, values):
+def describe_values(name: str, values: Sequence[Sequence[float | None]]) -> str:
     """Return a line on lists of numbers, some of them None, in the form of an artist's points."""
-    points = np.concatenate(values).astype(float)[:, None]
+    points = np.concatenate([np.array(each, dtype=float) for each in values])[:, None]
     return f"  {name}: {_numbers(points, len(points))}"
 
 
-def _told(artist, axes):
+def _told(artist: Shown, axes: Axes) -> tuple[str, str, str, int, np.ndarray] | None:
     """Type, label, colour, number of points and the points (n, 2 or 3); None if the artist shows nothing."""
     label = artist.get_text() if isinstance(artist, Text) else str(artist.get_label() or "")
     points = places(artist, axes)
@@ -78,7 +93,7 @@ def _told(artist, axes):
     return type(artist).__name__, "" if label.startswith("_") else label, _colour(artist), len(points), points
 
 
-def _colour(artist):
+def _colour(artist: Shown) -> str:
     """A space and the (first) colour of an artist; "" if it has none, as an image."""
     for name in ("get_color", "get_facecolor", "get_edgecolor"):
         found = to_rgba_array(getattr(artist, name, list)())
@@ -87,33 +102,34 @@ def _colour(artist):
     return ""
 
 
-def places(artist, axes):
+def places(artist: Shown, axes: Axes) -> np.ndarray:
     """Return the points (n, 2 or 3) of an artist in the units of its axes; for an image, pixels and values."""
-    if hasattr(artist, "get_position"):
+    if isinstance(artist, Text):
         place = getattr(artist, "get_position_3d", artist.get_position)()
         return np.atleast_2d(np.asarray(place, dtype=float))
     if hasattr(artist, "get_data_3d"):
         return np.column_stack(artist.get_data_3d())
-    if hasattr(artist, "get_xydata"):
+    if isinstance(artist, Line2D):
         return np.array(artist.get_xydata(), dtype=float)
-    if hasattr(artist, "get_extent"):
-        values, (left, right, bottom, top) = np.ma.filled(artist.get_array(), np.nan), artist.get_extent()
+    if isinstance(artist, AxesImage):
+        left, right, bottom, top = artist.get_extent()
+        values: np.ndarray = np.ma.filled(np.ma.asarray(artist.get_array()), np.nan)
         values = values.reshape(*values.shape[:2], -1).mean(axis=2)
         x, y = np.meshgrid(np.linspace(left, right, values.shape[1]), np.linspace(bottom, top, values.shape[0]))
         return np.column_stack([x.ravel(), y.ravel(), values.ravel()])
-    if not hasattr(artist, "get_paths"):
+    if isinstance(artist, Patch):
         return axes.transData.inverted().transform(artist.get_transform().transform(artist.get_path().vertices))
-    if getattr(artist, "_segments3d", None) is not None:
-        return np.concatenate([np.asarray(part) for part in artist._segments3d])
-    if getattr(artist, "_offsets3d", None) is not None:
-        return np.column_stack([np.ma.filled(part, np.nan) for part in artist._offsets3d])
+    if (lines := getattr(artist, "_segments3d", None)) is not None:
+        return np.concatenate([np.asarray(part) for part in lines])
+    if (dots := getattr(artist, "_offsets3d", None)) is not None:
+        return np.column_stack([np.ma.filled(part, np.nan) for part in dots])
     offsets = np.ma.filled(artist.get_offsets(), np.nan)
     if len(offsets) > 1 or np.any(offsets):
-        return np.column_stack([offsets, *([artist.U, artist.V] if hasattr(artist, "U") else [])])
+        return np.column_stack([offsets, *([artist.U, artist.V] if isinstance(artist, Quiver) else [])])
     return np.concatenate([np.empty((0, 2)), *(path.vertices for path in artist.get_paths())])
 
 
-def _numbers(points, count):
+def _numbers(points: np.ndarray, count: int) -> str:
     at, scale = points[np.unique(np.linspace(0, len(points) - 1, PLACES).round().astype(int))], _scale(points)
     places = " ".join(f"({', '.join(_number(v, top) for v, top in zip(row, scale, strict=True))})" for row in at)
     if count == 1 and len(points) == 1:
@@ -121,17 +137,17 @@ def _numbers(points, count):
     return f"{count} points, {_ranges(points)}, at {places}"
 
 
-def _ranges(points):
+def _ranges(points: np.ndarray) -> str:
     low = np.min(points, axis=0, initial=np.inf, where=np.isfinite(points))
     high = np.max(points, axis=0, initial=-np.inf, where=np.isfinite(points))
     told = zip("xyz", low, high, _scale(points), strict=False)
     return ", ".join(f"{name} {_number(a, top)} … {_number(b, top)}" for name, a, b, top in told)
 
 
-def _scale(points):
+def _scale(points: np.ndarray) -> np.ndarray:
     return np.max(np.abs(points), axis=0, initial=0, where=np.isfinite(points))
 
 
-def _number(value, scale):
+def _number(value: float, scale: float) -> str:
     """A number as text; noise relative to `scale` is 0, so that every computer writes the same."""
     return "0" if abs(value) <= 1e-12 * scale else f"{value:.{DIGITS}g}"

@@ -5,20 +5,28 @@ the page as points and colours; `printed` moves them by expressions, `recorded` 
 notebook a view is a sandboxed iframe over a still picture of the same pose, which shows where no scripts run.
 """
 
+from __future__ import annotations
+
 import base64
 import html
 import io
 import json
 import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 import numpy as np
 import sympy as sp
+from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
 from matplotlib.text import Text
+from numpy.typing import ArrayLike
 
 from mathpost import codegen
 from mathpost.draw.described import describe, describe_scene, describe_values
@@ -28,11 +36,14 @@ from mathpost.draw.plot import COLOUR
 from mathpost.files import read_text
 from mathpost.formula import numeric
 
+if TYPE_CHECKING:
+    from mathpost.draw.scene import Scene
+
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other
 CURVES, PATHS = ("live.js", "chart.js"), ("live.js", "machine.js", "paths.js")  # each needs those before
 MODULES = {"formula": CURVES[:1], "chart": CURVES, "machine": PATHS[:2], "both": PATHS, "walk": PATHS}
-DASHES = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
+DASHES: dict[Any, list[int]] = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
 GAP = re.compile(r"\{(?::(\d+)|\?([^}]*))\}")
 
 
@@ -40,18 +51,18 @@ GAP = re.compile(r"\{(?::(\d+)|\?([^}]*))\}")
 class Live:
     """A view that moves in the browser: scenes, or the curves of a figure."""
 
-    state: dict  # for `live.js`: kind, sliders, texts; the scenes are added here
-    machines: list  # printed functions (`mathpost.codegen`), one text per machine
+    state: dict[str, Any]  # for `live.js`: kind, sliders, texts; the scenes are added here
+    machines: list[str]  # printed functions (`mathpost.codegen`), one text per machine
     readings: str  # the numbers at the start, as text
-    scenes: list | tuple = ()  # of `Scene`
-    figure: object = None  # of matplotlib, as it is at the start
+    scenes: Sequence[Scene] = ()
+    figure: Figure | None = None  # as it is at the start
     height: int = 440  # pixels on the page
     layout: str = "row"  # the controls beside the picture, or under it: "column"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.state = self.state | {"layout": self.layout, "scenes": [scene.state() for scene in self.scenes]}
 
-    def page(self, title="mathpost", *, before="", after="", still=False):
+    def page(self, title: str = "mathpost", *, before: str = "", after: str = "", still: bool = False) -> str:
         """Return a whole HTML page; `before` and `after` are HTML around the view.
 
         With `still` the still picture lies under the view, for browsers that are too old for it.
@@ -72,7 +83,7 @@ class Live:
             f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
         )
 
-    def picture(self):
+    def picture(self) -> bytes:
         """Return the start as a PNG file, bytes."""
         if self.figure:
             file = io.BytesIO()
@@ -82,11 +93,11 @@ class Live:
         high, columns = 400 if len(self.scenes) == 1 else 300, min(len(self.scenes), COLUMNS)
         return png(self.scenes, (width // columns, high), columns)
 
-    def _still(self, style):
+    def _still(self, style: str) -> str:
         still, name = base64.b64encode(self.picture()).decode(), html.escape(self.readings, quote=True)
         return f'<img alt="{name}" src="data:image/png;base64,{still}" style="{style}">'
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         page = self.page().replace("&", "&amp;").replace("'", "&#39;")
         high = f"{self.height}px"  # on a narrow screen more, where a browser knows max()
         high += f";height:max({high},min(860px,{self.height + 600}px - 100vw))"
@@ -97,10 +108,10 @@ class Live:
             f"height:100%;border:0\" srcdoc='{page}'></iframe></div>"
         )
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return self.readings
 
-    def _repr_pretty_(self, printer, cycle):
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
         """Print the readings, and the pictures in numbers, so that a wrong picture fails a lesson's test."""
         shown = list(map(describe_scene, self.scenes))
         if self.figure:
@@ -109,17 +120,46 @@ class Live:
         printer.text("\n".join([self.readings, *shown]))
 
 
-def slider(name, low, high, value, *, step=1.0, unit="°", **more):
-    """Return a slider: an angle in degrees unless `unit` says otherwise; with `hidden=True` only buttons move it.
+class Slider(TypedDict):
+    """A slider for the page; printed functions take its value times its factor."""
 
-    Its box takes no number below `low` or above `high`. Printed functions take its value times its factor: angles
-    in radians, other units as they are.
+    name: str
+    low: float
+    high: float
+    value: float
+    step: float
+    unit: str
+    factor: float
+    hidden: NotRequired[bool]
+
+
+TextLine = tuple[str, *tuple[sp.Expr, ...]]  # a line under the pictures, and its numbers
+Points = Sequence[Iterable[sp.Expr]]  # pairs (x, y), or 3×1 matrices
+Drawn = Patch | Line2D | Text
+Movable = Polygon | Line2D | Text
+Button = tuple[str, Sequence[float | None]]  # a label, and the values to set
+
+
+def slider(
+    name: str, low: float, high: float, value: float, *, step: float = 1.0, unit: str = "°", hidden: bool = False
+) -> Slider:
+    """Return a slider: an angle in degrees unless `unit` says otherwise; with `hidden` only buttons move it.
+
+    Its box takes no number below `low` or above `high`. Printed functions take angles in radians, other units as
+    they are.
     """
-    made = {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit}
-    return made | {"factor": np.pi / 180 if unit == "°" else 1.0} | more
+    factor = np.pi / 180 if unit == "°" else 1.0
+    made = Slider(name=name, low=low, high=high, value=value, step=step, unit=unit, factor=factor)
+    return Slider(**made, hidden=True) if hidden else made
 
 
-def compiled(symbols, sliders, text, ways, **functions):
+def compiled(
+    symbols: Sequence[sp.Symbol],
+    sliders: Sequence[Slider],
+    text: Sequence[TextLine],
+    ways: Sequence[Points],
+    **functions: Sequence[sp.Expr],
+) -> tuple[dict[str, Any], list[str], str, list[np.ndarray], dict[str, np.ndarray]]:
     """Print what sliders move as JavaScript, and evaluate it at their start.
 
     `text` is as in `formula`, `ways` are lists of points, `functions` expressions by name. Returns the state for
@@ -133,7 +173,7 @@ def compiled(symbols, sliders, text, ways, **functions):
     numbers, left = iter(values["numbers"]), iter(values["points"])
     ends = [np.reshape([[next(left) for _ in point] for point in way], (len(way), -1)) for way in ways]
 
-    def filled(gap):
+    def filled(gap: re.Match[str]) -> str:
         digits, words = gap.groups()
         return f"{next(numbers):z.{digits}f}" if digits else words * bool(next(numbers))
 
@@ -142,7 +182,17 @@ def compiled(symbols, sliders, text, ways, **functions):
     return {"sliders": list(sliders), "text": lines}, [code], said, ends, values
 
 
-def formula(scenes, symbols, sliders, places, text, *, buttons=(), play=None, **options):
+def formula(
+    scenes: Sequence[Scene],
+    symbols: Sequence[sp.Symbol],
+    sliders: Sequence[Slider],
+    places: dict[str, sp.Matrix],
+    text: Sequence[TextLine],
+    *,
+    buttons: Sequence[Button] = (),
+    play: int | None = None,
+    **options: Any,
+) -> Live:
     """Return a view of one or more `Scene`s that move by printed expressions.
 
     Each slider, from `slider`, sets one of the `symbols`, angles in radians. `places` maps the name of a body to a
@@ -175,13 +225,15 @@ def formula(scenes, symbols, sliders, places, text, *, buttons=(), play=None, **
     return Live(state, code, said, scenes, **options)
 
 
-def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
+def subplots(
+    rows: int = 1, columns: int = 1, *, size: tuple[float, float] = (7.0, 4.2), **shared: Any
+) -> tuple[Figure, Any]:
     """Return a figure, `size` in inches, that pyplot does not know, and its axes, as `Figure.subplots` does."""
     figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots(rows, columns, **shared)
 
 
-def recorded(figure, update, *controls, height=460):
+def recorded(figure: Figure, update: Callable[..., list[str]], *controls: Slider, height: int = 460) -> Live:
     """Record what sliders do to a figure, for the page to replay.
 
     `figure` is from `subplots`. ``update(value, ...)`` moves its artists and returns a list of lines of text; it is
@@ -192,97 +244,121 @@ def recorded(figure, update, *controls, height=460):
     said, frames, artists = [], [], _artists(figure)
     for values in positions:
         said.append(update(*values))
-        frames.append([shown_at(artist, artist.axes) for artist in artists])
+        frames.append([shown_at(*each) for each in artists])
     nearest = [np.abs(values - each["value"]).argmin() for values, each in zip(steps, controls, strict=True)]
     start = int(np.ravel_multi_index(nearest, [len(values) for values in steps]))
     update(*positions[start])
-    moving, state = [], {"sliders": list(controls), "said": said, "frames": [[] for _ in positions], "x": []}
-    for artist, *way in zip(artists, *frames, strict=True):  # its points in each position
+    moving: list[Drawn] = []
+    across: list[list | None] = []  # of an artist of which only the heights change
+    moved: list[list[list]] = [[] for _ in positions]
+    for (artist, _), *way in zip(artists, *frames, strict=True):  # its points in each position
         if any(not np.array_equal(points, way[0], equal_nan=True) for points in way):
             moving.append(artist)
             upwards = all(np.array_equal(points[:, 0], way[0][:, 0]) for points in way)
-            state["x"].append(_short(way[0][:, 0]) if upwards else None)
-            for frame, points in zip(state["frames"], way, strict=True):
+            across.append(_short(way[0][:, 0]) if upwards else None)
+            for frame, points in zip(moved, way, strict=True):
                 frame.append(_short(points[:, 1] if upwards else points))
-    state |= _spec(figure, moving)
+    state = {"sliders": list(controls), "said": said, "frames": moved, "x": across} | _spec(figure, moving)
     return Live(state, [], "; ".join(said[start]), figure=figure, height=height, layout="column")
 
 
-def _steps(control):
+def _steps(control: Slider) -> int:
     return round((control["high"] - control["low"]) / control["step"])
 
 
-class Moving(dict):
+class Moving(dict[Movable, Points]):
     """The lines that `printed` moves: a dict of each to its points, pairs (x, y) of expressions."""
 
-    def line(self, axes, role, points, style="-", **how):
+    def line(self, axes: Axes, role: str, points: Points, style: str = "-", **how: Any) -> None:
         """Add a line in the colour of a role."""
         (line,) = axes.plot([], [], style, color=COLOUR[role], **how)
         self[line] = points
 
 
-def printed(figure, points, symbols, sliders, text, *, buttons=(), height=460):
+def printed(
+    figure: Figure,
+    points: Mapping[Movable, Points],
+    symbols: Sequence[sp.Symbol],
+    sliders: Sequence[Slider],
+    text: Sequence[TextLine],
+    *,
+    buttons: Sequence[Button] = (),
+    height: int = 460,
+) -> Live:
     """Move a figure's artists by printed expressions.
 
     `figure` is from `subplots`; `points` a dict of artist to pairs (x, y) of sympy expressions, such as a `Moving`.
     `symbols`, `sliders`, `text` and `buttons` are those of `formula`, `height` that of `recorded`.
     """
-    order = [artist for artist in _artists(figure) if artist in points]
+    drawn = [artist for artist, _ in _artists(figure)]
+    order = sorted(points, key=drawn.index)
     state, code, said, ends, _ = compiled(symbols, sliders, text, [points[artist] for artist in order])
     for artist, end in zip(order, ends, strict=True):
         if isinstance(artist, Text):
             artist.set_position(end[0])
+        elif isinstance(artist, Line2D):
+            artist.set_data(*end.T)
         else:
-            artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
+            artist.set_xy(end)
     state |= {"counts": list(map(len, ends))} | _spec(figure, order)
     if buttons:
         state["places"] = [list(button) for button in buttons]
     return Live(state, code, said, figure=figure, height=height, layout="column")
 
 
-def _artists(figure):
-    return [artist for axes in figure.axes for artist in (*axes.patches, *axes.lines, *axes.texts)]
+def _artists(figure: Figure) -> list[tuple[Drawn, Axes]]:
+    return [(artist, axes) for axes in figure.axes for artist in _drawn_in(axes)]
 
 
-def _short(points):
+def _drawn_in(axes: Axes) -> list[Drawn]:
+    return [*axes.patches, *axes.lines, *axes.texts]
+
+
+def _short(points: ArrayLike) -> list[float | None]:
     """Points as a flat list of numbers of five digits; NaN is None."""
     return [float(f"{x:.5g}") if np.isfinite(x) else None for x in np.ravel(points)]
 
 
-def _spec(figure, moving):
+def _spec(figure: Figure, moving: Sequence[Drawn]) -> dict[str, Any]:
     """The panels of a figure: scales, ticks, artists; the points of a moving artist are None."""
     figure.draw_without_rendering()
     panels = []
     for axes in figure.axes:
-        panel = {"title": axes.get_title(), "equal": axes.get_aspect() == 1, "drawn": axes.axison, "artists": []}
+        panel: dict[str, Any] = {
+            "title": axes.get_title(),
+            "equal": axes.get_aspect() == 1,
+            "drawn": axes.axison,
+            "artists": [],
+        }
         for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             limits = list(map(float, getattr(axes, f"get_{name}lim")()))
             marks = axis.get_majorticklocs()
-            written = zip(marks, axis.get_major_formatter().format_ticks(marks), strict=True)
+            written = zip(marks, axis.get_major_formatter().format_ticks(list(marks)), strict=True)
             within = [(float(at), text) for at, text in written if min(limits) <= at <= max(limits)]
             ticks = [[at, f"{at:g}" if "$" in text else text] for at, text in within]
             label, log = axis.get_label_text(), axis.get_scale() == "log"
             panel[name] = {"limits": limits, "log": log, "label": label, "ticks": ticks}
-        for artist in (*axes.patches, *axes.lines, *axes.texts):
+        for artist in _drawn_in(axes):
             points = None if artist in moving else _short(shown_at(artist, axes))
             panel["artists"].append(_drawn(artist) | {"points": points})
         panels.append(panel)
-    return {"kind": "chart", "panels": panels, "columns": figure.axes[0].get_gridspec().ncols}
+    grid = figure.axes[0].get_gridspec()
+    return {"kind": "chart", "panels": panels, "columns": grid.ncols if grid else 1}
 
 
-def _drawn(artist):
+def _drawn(artist: Drawn) -> dict[str, Any]:
     """How an artist looks."""
     if isinstance(artist, Text):
         return {"colour": to_hex(artist.get_color()), "text": artist.get_text()}
-    if not hasattr(artist, "get_xydata"):
+    if isinstance(artist, Patch):
         return {"fill": to_hex(artist.get_facecolor(), keep_alpha=True)}
-    label, style = artist.get_label(), artist.get_linestyle()
-    looks = {"label": "" if label.startswith("_") else label, "colour": to_hex(artist.get_color())}
+    label, style = str(artist.get_label()), artist.get_linestyle()
+    looks: dict[str, Any] = {"label": "" if label.startswith("_") else label, "colour": to_hex(artist.get_color())}
     looks |= {"width": artist.get_linewidth() if style in DASHES else 0, "dash": DASHES.get(style, [])}
     looks |= {"marker": str(artist.get_marker()).replace("None", ""), "open": artist.get_fillstyle() == "none"}
     return looks | {"last": artist.get_markevery() is not None}
 
 
-def _dense(code):
+def _dense(code: str) -> str:
     """Code without indentation, comment lines, imports and exports."""
     return re.sub(r"(?m)^\s*(?:(?://[^\n]*|(?:import|export) \{[^}]*\}[^\n]*))?\n?", "", code)

@@ -15,16 +15,18 @@ BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 class Part:
     """A workpiece as a closed solid, and the ball-nosed tool that cuts it."""
 
-    rings: list  # of points (n, 3), mm in the workpiece, from the bottom up, counterclockwise seen from above
+    rings: list[
+        np.ndarray
+    ]  # of points (n, 3), mm in the workpiece, from the bottom up, counterclockwise seen from above
     tool_radius: float  # mm
 
     @cached_property
-    def solid(self):
+    def solid(self) -> Lofted:
         """The `Lofted` body between the middles of its first and its last ring."""
         first, last = (ring.mean(axis=0)[None] for ring in (self.rings[0], self.rings[-1]))
         return Lofted("workpiece", BLADE_COLOUR, [first, *self.rings, last])
 
-    def depth(self, tips, axes):
+    def depth(self, tips: np.ndarray, axes: np.ndarray) -> np.ndarray:
         """Return how deep the tool is in the part, mm, at tips and tool axes of shape (n, 3); 0 where it is clear.
 
         The tool is a cylinder with a ball at its end, as long as the part is high.
@@ -41,7 +43,7 @@ class Part:
         return found
 
 
-def clearance(triangles, points):
+def clearance(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return how far points, shape (m, 3), are from a closed surface, triangles (n, 3, 3); negative inside it.
 
     The distance is that to the nearest triangle. Inside, the solid angles under which the triangles are seen add up
@@ -66,5 +68,5 @@ def clearance(triangles, points):
     return np.sqrt(square.min(axis=1)) * np.where(seen > 2 * np.pi, -1, 1)
 
 
-def _dot(a, b):
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("...i,...i->...", a, b)

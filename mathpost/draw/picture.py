@@ -1,18 +1,25 @@
 """A still picture of a scene, for pages that run no scripts: what `live.js` draws, in NumPy."""
 
+from __future__ import annotations
+
 import io
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from mathpost.draw.solid import put
 
+if TYPE_CHECKING:
+    from mathpost.draw.scene import Line, Scene
+
 FINE = 2  # oversampling
 HIDDEN = 0.35  # opacity of a line behind a solid
 
 
-def camera(azimuth, elevation):
+def camera(azimuth: float, elevation: float) -> np.ndarray:
     """A parallel projection from there, degrees, Z upwards: the unit vectors right, up and towards the viewer."""
     a, e = np.radians([azimuth, elevation])
     right = [-np.sin(a), np.cos(a), 0.0]
@@ -23,17 +30,17 @@ def camera(azimuth, elevation):
 class View:
     """A scene seen in a window of `size` pixels."""
 
-    def __init__(self, scene, size):
+    def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
         self.scene, self.size = scene, np.array(size)
         self.camera = camera(scene.azimuth, scene.elevation)
         self.scale = 0.5 * min(size) / scene.radius
 
-    def pixels(self, body, points):
+    def pixels(self, body: str, points: np.ndarray) -> np.ndarray:
         """Return points (..., 3) of a body as pixels to the right, pixels down, and depth towards the viewer."""
         away = put(self.scene.places[body], np.asarray(points)) - self.scene.middle
         return away @ self.camera.T * [self.scale, -self.scale, 1] + [*self.size / 2, 0]
 
-    def seen(self):
+    def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the number of the solid seen in each pixel (−1: none), its lightness and its depth."""
         width, height = self.size
         depth, light = np.full((height, width), -np.inf), np.zeros((height, width))
@@ -62,7 +69,7 @@ class View:
                 np.copyto(solid[window], number, where=inside)
         return solid, light, depth
 
-    def draw(self):
+    def draw(self) -> Image.Image:
         """Return the picture, a PIL image."""
         solid, light, depth = self.seen()
         colours = np.array([ImageColor.getrgb(each.colour) for each in self.scene.solids] or [(0, 0, 0)])
@@ -78,7 +85,7 @@ class View:
         self._letters(ink)
         return picture
 
-    def _stroke(self, ink, line, points, depth):
+    def _stroke(self, ink: ImageDraw.ImageDraw, line: Line, points: np.ndarray, depth: np.ndarray) -> None:
         colour = np.array(ImageColor.getrgb(line.colour))
         shown, faint = colour.tolist(), (255 - HIDDEN * (255 - colour)).astype(int).tolist()
         pieces = []  # ends, and whether it is unobstructed
@@ -96,14 +103,16 @@ class View:
         for ends, open_ in pieces[:: 2 if line.dash else 1]:
             ink.line(ends, fill=tuple(shown if open_ else faint), width=width)
 
-    def _letters(self, ink):
-        font, halo = ImageFont.load_default(size=14 * FINE), {"stroke_width": 2 * FINE, "stroke_fill": "white"}
+    def _letters(self, ink: ImageDraw.ImageDraw) -> None:
+        font = ImageFont.load_default(size=14 * FINE)
         wanted = [self.pixels(label.body, label.at)[:2] for label in self.scene.labels]
         for label, at in zip(self.scene.labels, spread(wanted, 20.0 * FINE), strict=True):
-            ink.text(tuple(at), label.text, label.colour, font, anchor="mm", **halo)
+            ink.text(
+                tuple(at), label.text, label.colour, font, anchor="mm", stroke_width=2 * FINE, stroke_fill="white"
+            )
 
 
-def _light(normals):
+def _light(normals: np.ndarray) -> np.ndarray:
     """Lightness, 1 to 254, by normals in the camera's view: soft from above, some from the right, a highlight."""
     right, up, near = np.moveaxis(normals, -1, 0)
     light = np.maximum(-0.45 * right + 0.7 * up + 0.55 * near, 0)
@@ -112,7 +121,7 @@ def _light(normals):
     return np.minimum(1 + 200 * (0.6 + 0.42 * light + 0.1 * back) + 40 * gloss, 254)
 
 
-def png(scenes, size, columns):
+def png(scenes: Sequence[Scene], size: tuple[int, int], columns: int) -> bytes:
     """Return several scenes, in so many columns, as a small PNG file, bytes."""
     width, height = size
     whole = Image.new("RGB", (FINE * width * columns, FINE * height * -(-len(scenes) // columns)), "white")
@@ -126,7 +135,7 @@ def png(scenes, size, columns):
     return file.getvalue()
 
 
-def spread(positions, gap, rounds=12):
+def spread(positions: Sequence[np.ndarray] | np.ndarray, gap: float, rounds: int = 12) -> np.ndarray:
     """Return positions, shape (n, 2), pushed apart until no two are closer than `gap`."""
     positions = np.array(positions, dtype=float)
     for _ in range(rounds):

@@ -1,16 +1,32 @@
 """Pictures of kinematics: one colour per role everywhere, and curves along a tool path."""
 
+from __future__ import annotations
+
 import base64
 import io
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import sympy as sp
 from IPython.display import Math, display
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from mpl_toolkits.mplot3d import Axes3D
+from numpy.typing import ArrayLike
 
 from mathpost.draw.described import describe
 from mathpost.path.deviation import true_tip
 from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.measure.angular_error import Accuracy, Runs
+    from mathpost.measure.cutter import Cutter
+    from mathpost.measure.spline import Curve
+    from mathpost.workbook.report import FileReport
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
 ROLES = {
@@ -37,13 +53,15 @@ ROLES = {
 COLOUR, STYLE = ({role: look[n] for role, look in ROLES.items()} for n in (0, 1))
 
 
-def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
+def figure(
+    rows: int = 1, columns: int = 1, *, size: tuple[float, float] = (7.0, 4.2), three_d: bool = False
+) -> tuple[Figure, Any]:
     """Return ``(figure, axes)`` in the house style; close it with `show`."""
     projection = {"projection": "3d"} if three_d else None
     return plt.subplots(rows, columns, figsize=size, layout="constrained", subplot_kw=projection)
 
 
-def show():
+def show() -> None:
     """Show all open figures, each with its description in numbers, and close them."""
     for number in plt.get_fignums():
         drawn = plt.figure(number)
@@ -55,20 +73,23 @@ def show():
     plt.close("all")
 
 
-def frame(axes, matrix, origin, *, colour, **style):
+def frame(axes: Axes3D, matrix: np.ndarray, origin: np.ndarray, *, colour: str, **style: Any) -> None:
     """Draw a frame's three axes: the columns of `matrix`, shape (3, 3), from `origin`, shape (3,)."""
     for column, label in zip(matrix.T, "XYZ", strict=True):
         axes.plot(*zip(origin, origin + column, strict=True), color=colour, **style)
         axes.text(*(origin + 1.15 * column), label, color=colour, ha="center", va="center")
 
 
-def along(axes, place, values, role, label=None, *, points=False):
+def along(
+    axes: Axes, place: ArrayLike, values: ArrayLike, role: str, label: str | None = None, *, points: bool = False
+) -> None:
     """Draw one quantity along a path in the colour and style of its `role`, one of `COLOUR`."""
-    style = {"color": COLOUR[role], "linestyle": STYLE[role]}
-    axes.plot(place, values, label=label or role, marker="o" if points else None, markersize=4, **style)
+    marker = "o" if points else None
+    colour, style = COLOUR[role], STYLE[role]
+    axes.plot(place, values, label=label or role, marker=marker, markersize=4, color=colour, linestyle=style)
 
 
-def travel(axes, low, high):
+def travel(axes: Axes, low: float, high: float) -> None:
     """Shade what is outside the travel of an axis, within the current limits of `axes`."""
     bottom, top = axes.get_ylim()
     for start, end in ((bottom, max(low, bottom)), (min(high, top), top)):
@@ -77,7 +98,14 @@ def travel(axes, low, high):
     axes.set_ylim(bottom, top)
 
 
-def trellis(axes, records, words, inside, seconds, ways=None):
+def trellis(
+    axes: Axes,
+    records: Sequence[Any],
+    words: Sequence[Sequence[str]],
+    inside: np.ndarray,
+    seconds: np.ndarray,
+    ways: Mapping[str, Sequence[int]] | None = None,
+) -> None:
     """Draw m candidates for each of n records, and the costs of the moves between them.
 
     `words`, n lists of m, label the candidates, first and second branch in turn. Those not `inside` travel, shape
@@ -102,7 +130,15 @@ def trellis(axes, records, words, inside, seconds, ways=None):
     axes.set_yticks([])
 
 
-def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
+def pole_map(
+    axes: Axes,
+    kin: Kinematics,
+    tool_axes: np.ndarray,
+    *,
+    cone: float | None = None,
+    role: str = "tool",
+    label: str | None = None,
+) -> Line2D:
     """Draw tool axes (n, 3) as seen along the workpiece-side axis, the pole in the middle, at their angle from it.
 
     The singular cone of half angle `cone` (radians) is shaded.
@@ -115,7 +151,7 @@ def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
     return line[0]
 
 
-def on_pole_map(kin, tool_axes):
+def on_pole_map(kin: Kinematics, tool_axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return where `pole_map` draws tool axes (n, 3): across and up, degrees, shape (n,) each."""
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
     y = unit(np.cross(pole, np.eye(3)[np.abs(pole).argmin()]))
@@ -125,13 +161,15 @@ def on_pole_map(kin, tool_axes):
     return angle * np.cos(direction), angle * np.sin(direction)
 
 
-def pole_globe(axes, kin, paths, *, most=6, times=8):
+def pole_globe(
+    axes: Axes3D, kin: Kinematics, paths: Mapping[str, np.ndarray], *, most: int = 6, times: float = 8
+) -> None:
     """Draw tool axes near the pole on a globe, their angles from it so many `times` as large, up to `most` degrees.
 
     `paths` maps a role, one of `COLOUR`, to tool axes (n, 3); `axes` are three-dimensional.
     """
 
-    def lifted(across, up):
+    def lifted(across: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         angle, heading = np.radians(times) * np.hypot(across, up), np.arctan2(up, across)
         return np.sin(angle) * np.cos(heading), np.sin(angle) * np.sin(heading), np.cos(angle)
 
@@ -149,14 +187,14 @@ def pole_globe(axes, kin, paths, *, most=6, times=8):
     axes.set_axis_off()
 
 
-def tip_path(axes, kin, joints, *, role, label):
+def tip_path(axes: Axes, kin: Kinematics, joints: np.ndarray, *, role: str, label: str) -> None:
     """Draw, seen from above, the true path of the tip when all joints move linearly from row to row."""
     tip = true_tip(kin, joints, samples=40)
     axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE[role], label=label)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
 
 
-def turned_point(axes, path, centre, *, names):
+def turned_point(axes: Axes, path: ArrayLike, centre: ArrayLike, *, names: Sequence[str]) -> None:
     """Draw the path of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
 
     `path` has shape (n, 2), `centre` is where the axis is seen; `names` label the two axes of the plane.
@@ -170,7 +208,7 @@ def turned_point(axes, path, centre, *, names):
     axes.set(xlabel=f"{names[0]} (mm)", ylabel=f"{names[1]} (mm)", aspect="equal")
 
 
-def ellipse(axes, centre, covariance, **style):
+def ellipse(axes: Axes, centre: ArrayLike, covariance: np.ndarray, **style: Any) -> None:
     """Draw the ellipse about `centre` that holds 95 % of a normal cloud with this covariance, shape (2, 2)."""
     values, directions = np.linalg.eigh(covariance)
     turn = np.linspace(0, 2 * np.pi, 181)
@@ -179,7 +217,7 @@ def ellipse(axes, centre, covariance, **style):
     axes.plot(*(ring + np.reshape(centre, (2, 1))), **style)
 
 
-def cutter(axes, cutter, tip, tilt, *, height):
+def cutter(axes: Axes, cutter: Cutter, tip: Sequence[float], tilt: float, *, height: float) -> None:
     """Fill the outline of a `Cutter`, its `tip` at (x, z) and its axis `tilt` radians from z to x."""
     rise = np.linspace(0, np.pi / 2, 30)
     flat = cutter.diameter / 2 - cutter.rim
@@ -192,7 +230,7 @@ def cutter(axes, cutter, tip, tilt, *, height):
     axes.set_aspect("equal")
 
 
-def runs(axes, measured, result):
+def runs(axes: Axes, measured: Runs, result: Accuracy) -> None:
     """Draw bidirectional runs (`mathpost.measure.angular_error.Runs`) with the means ± 2 s of their `Accuracy`."""
     for role, label in (("first branch", "up"), ("second branch", "down")):
         each, mean, s = getattr(measured, label), measured.mean(label), getattr(result, f"s_{label}")
@@ -204,7 +242,7 @@ def runs(axes, measured, result):
     axes.legend()
 
 
-def knots(axes, fitted):
+def knots(axes: Axes, fitted: Curve) -> None:
     """Draw a `mathpost.measure.spline.Curve` over its measured points, the knots as circles."""
     measured = fitted.points
     end = measured.at[-1] if measured.period is None else measured.at[0] + measured.period
@@ -217,7 +255,7 @@ def knots(axes, fitted):
     axes.legend(loc="lower left")
 
 
-def costs(axes, position, priced, *, label):
+def costs(axes: Axes, position: ArrayLike, priced: Mapping[str, np.ndarray], *, label: str) -> None:
     """Draw the costs of the six worst errors along a path; `priced` is from `Compensator.costs`."""
     lines = ("-", "--", "-.", ":", "-", "--")
     for index, (line, (name, cost)) in enumerate(zip(lines, priced.items(), strict=False)):
@@ -226,13 +264,13 @@ def costs(axes, position, priced, *, label):
     axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
 
 
-def formulas(*pairs):
+def formulas(*pairs: tuple[str, np.ndarray | sp.Matrix]) -> Math:
     """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
     exact = (sp.Matrix(np.round(m, 6) + 0.0) if isinstance(m, np.ndarray) else m for _, m in pairs)
     return Math(r" \qquad ".join(f"{name} = {sp.latex(m)}" for (name, _), m in zip(pairs, exact, strict=True)))
 
 
-def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
+def space(axes: Axes3D, radius: float, *, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
     """Prepare three-dimensional `axes` for a cube of half-width `radius`: equal scales, no panes."""
     axes.set(**{f"{name}lim": (c - radius, c + radius) for name, c in zip("xyz", centre, strict=True)})
     axes.set_box_aspect((1, 1, 1), zoom=1.25)
@@ -240,7 +278,7 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
     axes.set_axis_off()
 
 
-def worksheet(axes, report):
+def worksheet(axes: Axes, report: FileReport) -> None:
     """Draw the judged cells of the first sheet in green, red and amber; the first wrong one has a frame."""
     from openpyxl.utils import get_column_letter  # slow to import, and all but one lesson draw no sheet
 

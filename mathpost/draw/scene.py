@@ -4,16 +4,27 @@
 important and let no two axes coincide.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy as sp
+from numpy.typing import ArrayLike
 
-from mathpost.draw.arrangement import arrange, placing
+from mathpost.draw.arrangement import Arrangement, arrange, placing
 from mathpost.draw.picture import View, camera
 from mathpost.draw.plot import COLOUR
-from mathpost.draw.solid import put
+from mathpost.draw.solid import Solid, put
 from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.draw.part import Part
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
 
 DARK = "#333b41"
 # Azimuth and elevation, degrees.
@@ -36,7 +47,7 @@ class Line:
     """Polylines on a body; `over` shows them through solids, symbolic `points` move one (see `live`)."""
 
     body: str
-    parts: list
+    parts: Sequence[ArrayLike]
     colour: str
     width: float = 2.0
     name: str | None = None
@@ -44,7 +55,7 @@ class Line:
     halo: bool = False
     over: bool = False
     dot: bool = False
-    points: list | tuple = ()
+    points: Sequence[sp.Matrix] = ()
 
 
 @dataclass
@@ -65,10 +76,10 @@ class Scene:
     be in the picture; `frame` finds its `middle` and half its height, `radius`.
     """
 
-    solids: list = field(default_factory=list)
-    lines: list = field(default_factory=list)
-    labels: list = field(default_factory=list)
-    places: dict = field(default_factory=lambda: {"bed": np.eye(4)})
+    solids: list[Solid] = field(default_factory=list)
+    lines: list[Line] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
+    places: dict[str, np.ndarray] = field(default_factory=lambda: {"bed": np.eye(4)})
     extent: np.ndarray = field(default_factory=lambda: np.zeros((1, 3)))
     middle: np.ndarray = field(default_factory=lambda: np.zeros(3))
     radius: float = 1.0
@@ -77,7 +88,16 @@ class Scene:
     title: str = ""
     colour: str = DARK
 
-    def triad(self, body, letters, *, length, colour, origin=(0, 0, 0), width=2.0):
+    def triad(
+        self,
+        body: str,
+        letters: Iterable[str],
+        *,
+        length: float,
+        colour: str,
+        origin: ArrayLike = (0, 0, 0),
+        width: float = 2.0,
+    ) -> None:
         """Add a frame: three axes with their letters, seen through solids."""
         origin = np.asarray(origin, dtype=float)
         arms = [[origin, origin + length * e] for e in np.eye(3)]
@@ -85,7 +105,7 @@ class Scene:
         ends = zip(np.eye(3), letters, strict=True)
         self.labels += [Label(body, origin + 1.16 * length * e, letter, colour) for e, letter in ends]
 
-    def frame(self, azimuth, elevation, *, aspect=1.2):
+    def frame(self, azimuth: float, elevation: float, *, aspect: float = 1.2) -> Scene:
         """Return the scene seen from there, its `extent` just inside a window of this aspect (width to height)."""
         seen = self.extent @ camera(azimuth, elevation).T
         low, high = seen.min(axis=0), seen.max(axis=0)
@@ -93,13 +113,13 @@ class Scene:
         radius = 0.53 * max(high[1] - low[1], (high[0] - low[0]) / aspect)
         return replace(self, azimuth=azimuth, elevation=elevation, middle=middle, radius=radius)
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """The scene for the browser, ready for JSON."""
         number = {name: index for index, name in enumerate(self.places)}
         solids = [{"body": number[s.body], "colour": s.colour} | s.state() for s in self.solids]
         lines = []
         for line in self.lines:
-            parts = [np.round(part, 3).tolist() for part in line.parts]
+            parts = [np.round(np.asarray(part), 3).tolist() for part in line.parts]
             made = vars(line) | {"body": number[line.body], "parts": parts, "points": len(line.points)}
             lines.append({key: value for key, value in made.items() if value or key in ("body", "parts")})
         labels = [vars(e) | {"body": number[e.body], "at": np.round(e.at, 2).tolist()} for e in self.labels]
@@ -108,7 +128,9 @@ class Scene:
         return state | {key: getattr(self, key) for key in ("azimuth", "elevation", "title", "colour")}
 
 
-def machine(kin, cl=None, *, title="", part=None):
+def machine(
+    kin: Kinematics, cl: CLData | None = None, *, title: str = "", part: Part | None = None
+) -> tuple[Scene, Arrangement]:
     """Return the scene of a machine, and its `Arrangement`.
 
     With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn. A `Part` is
@@ -137,7 +159,7 @@ def machine(kin, cl=None, *, title="", part=None):
     return scene, made
 
 
-def _extent(kin, made):
+def _extent(kin: Kinematics, made: Arrangement) -> np.ndarray:
     """The points of plate, table and head, also when turned by 45 and 90 degrees."""
     still = ("bed", *kin.machine.joint_names[:3])
     moving = [(solid.body, solid.triangles().reshape(-1, 3)) for solid in made.solids if solid.body not in still]
@@ -148,7 +170,9 @@ def _extent(kin, made):
     return np.concatenate([*points, made.plate])
 
 
-def best(kin, scene, tries, *, aspect=1.2):
+def best(
+    kin: Kinematics, scene: Scene, tries: Iterable[np.ndarray], *, aspect: float = 1.2
+) -> tuple[np.ndarray, Scene]:
     """Return joints, one of `tries` (n, 5), and the scene with them, from one of `CAMERAS`.
 
     It is the first pair in which nothing is `crossed` or `covered`, or the one with the least of both.
@@ -162,14 +186,14 @@ def best(kin, scene, tries, *, aspect=1.2):
     return min(found, key=lambda each: len(each[0]))[1:]
 
 
-def turned(kin, made, angles=STARTS):
+def turned(kin: Kinematics, made: Arrangement, angles: Sequence[Sequence[float]] = STARTS) -> np.ndarray:
     """Joints (n, 5) with tool-side and workpiece-side angles (n, 2), degrees, in travel, the tip as laid out."""
     tool_side = (kin.tool_side or kin.workpiece_side) - 3
     rotary = np.radians(angles)[:, [tool_side, 1 - tool_side][: len(kin.machine.rotary)]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 
-def crossed(kin, scene):
+def crossed(kin: Kinematics, scene: Scene) -> list[str]:
     """Return, as sentences, which axes of the machine or the workpiece coincide on the screen."""
     places, view = scene.places, camera(scene.azimuth, scene.elevation)
     axes = {"the tool axis": places["tool"][:3, 2]}
@@ -178,7 +202,7 @@ def crossed(kin, scene):
     return together(axes, view) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), view)
 
 
-def covered(scene):
+def covered(scene: Scene) -> list[str]:
     """Return, as sentences, which important bodies are behind others."""
     size, said = (150, 110), []
     seen, _, _ = View(scene, size).seen()
@@ -191,20 +215,20 @@ def covered(scene):
     return said
 
 
-def together(directions, view):
+def together(directions: dict[str, np.ndarray], view: np.ndarray) -> list[str]:
     """Return, as sentences, which unit vectors, a dict by name, look like one or a point to a `camera`."""
     flat = {name: view[:2] @ direction for name, direction in directions.items()}
     said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
     for first, second in combinations(flat, 2):
         a, b = flat[first], flat[second]
         seen = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
-        really = np.arcsin(min(1.0, np.linalg.norm(np.cross(directions[first], directions[second]))))
+        really = np.arcsin(min(1.0, float(np.linalg.norm(np.cross(directions[first], directions[second])))))
         if seen < np.sin(min(APART, really / 2)):  # what is nearly parallel cannot look much apart
             said.append(f"{first} and {second} fall together")
     return said
 
 
-def clearest(directions):
+def clearest(directions: dict[str, np.ndarray]) -> tuple[int, int]:
     """Return the azimuth and elevation from which the fewest of these unit vectors coincide."""
     azimuths, elevations = [-60, -50, -40, -30, -70, -20, -80, -100, -115, -130], [22, 30, 15, 38]
     return min(product(azimuths, elevations), key=lambda seen: len(together(directions, camera(*seen))))
