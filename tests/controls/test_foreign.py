@@ -115,6 +115,21 @@ def test_a_shift_on_a_tilted_plane_goes_along_it(tilt):
         reader.follow(KLARTEXT + tilt + TILTED + "11 PLANE RESET STAY\n", AC, "heidenhain")
 
 
+def test_an_absolute_shift_takes_the_place_of_the_last_an_incremental_one_adds_to_it():
+    shifts = "5 CYCL DEF 7.0 DATUM\n6 CYCL DEF 7.1 {}\n7 L X+1 Y+0 Z+0 F100\n"
+    program = KLARTEXT + "3 L X+0 Y+0 Z+50 FMAX\n" + "".join(map(shifts.format, ("X+10", "X+20", "IX+5", "IX-2")))
+    found = reader.follow(program, AC, "heidenhain").blocks.words[-4:, 0]
+    np.testing.assert_allclose(found, [11, 21, 26, 24])
+
+
+def test_plane_reset_with_turn_takes_the_rotary_axes_to_0_and_the_slides_nowhere():
+    """On the plane the words are the tip; behind it the slides, at c + R·(p - c), c 50 mm below the origin."""
+    tilted = "3 PLANE SPATIAL SPA+60 SPB+0 SPC+0 TURN FMAX\n4 L X+1 Y+2 Z+50 FMAX\n"
+    words = reader.follow(KLARTEXT + tilted + "5 PLANE RESET TURN FMAX\n", AC, "heidenhain").blocks.words[-2:]
+    np.testing.assert_allclose(words[0], [1, 2 * HALF - 50 * ROOT, 2 * ROOT + 50 * HALF, 60, 0], atol=1e-9)
+    np.testing.assert_allclose(words[1], [1, 2 + 50 * ROOT, 50 - 50 + 50 * HALF, 0, 0], atol=1e-9)
+
+
 def test_a_new_swivel_plane_deletes_what_was_programmed_before():
     """Between TRANS and CYCLE800 the words are shifted, behind it a TRANS goes along the plane."""
     swivel = 'CYCLE800(0,"TC1",0,57,0,0,0,60,0,0,0,0,0,-1,0,1)'

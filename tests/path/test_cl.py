@@ -241,6 +241,23 @@ def test_a_part_holds_the_remarks_before_its_records():
     assert whole.part(30, len(whole)).remarks[-1] == (len(whole) - 30, "FINI")
 
 
+def test_arcs_and_holes_stand_at_their_own_records_in_a_part_and_behind_a_half_turn():
+    """Records taken away or put in before them move both ends: by distances from axis and point."""
+    whole = cldata.parse(
+        "FEDRAT/100\nGOTO/0,0,50,0,0,1\nRAPID\nGOTO/0,0,50,0,0,-1\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0\n"
+        "CYCLE/DRILL,DEPTH,8,MMPM,100,CLEAR,2\nGOTO/3,0,0\nCYCLE/OFF\nGOTO/0,0,-9"
+    )
+    assert "with a record half way: 1" in whole.notes[-1] and "holes of drilling cycles as moves: 1" in whole.notes
+    for cl in (whole, whole.part(2, len(whole)), whole.part(3, len(whole) - 1)):
+        arc, hole = cl.pieces
+        round_, drilled = (cl.points[piece.first : piece.last + 1] for piece in cl.pieces)
+        np.testing.assert_allclose(np.linalg.norm(round_, axis=1), 10)
+        np.testing.assert_allclose(round_[[0, -1]], [[10, 0, 0], [0, 10, 0]], atol=1e-9)
+        np.testing.assert_allclose(drilled[:, :2], np.tile([3, 0], (len(drilled), 1)))
+        assert drilled[0, 2] == drilled[-1, 2] == -2 and drilled[:, 2].max() == 8
+        assert hole.first == arc.last + 1
+
+
 def test_components_lie_one_after_the_other():
     points = np.arange(12.0).reshape(4, 3)
     for cl in (cldata.parse(FILE), cldata.from_arrays(points, points + 1)):

@@ -147,6 +147,33 @@ def test_a_compensation_begins_on_a_line_and_goes_on_over_arcs(control):
     assert not re.search(r"\bG[23]\b|\bC ", first)
 
 
+@pytest.mark.parametrize("control", CONTROLS)
+def test_arcs_holes_and_coolant_of_a_second_tool_are_in_the_same_places_as_those_of_the_first(control):
+    part = ["GOTO/20,-10,5,0,0,1", "GOTO/20,0,5", "COOLNT/FLOOD", "CIRCLE/0,0,5,0,0,1,20", "GOTO/-20,0,5",
+            "COOLNT/OFF", "GOTO/-20,-9,5", "CYCLE/DRILL,DEPTH,8,MMPM,100,CLEAR,2", "GOTO/1,0,0", "GOTO/3,0,0",
+            "CYCLE/OFF"]  # fmt: skip
+    lines = ["FEDRAT/600,MMPM"]
+    for tool in (1, 2):
+        lines += [f"LOADTL/{tool}", "SPINDL/1000,RPM,CLW", *part]
+    text = run(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
+    bare = re.sub(r"^N?\d+ ", "", text, flags=re.MULTILINE)
+    first, second = re.findall(r"\n([^\n]*X\+?20\.[^$]*?X\+?3\.\S*)", bare)
+    assert first == second and re.search(r"\bG3 |\bC X", first) and "M8" in first
+
+
+@pytest.mark.parametrize(("radius", "arcs"), [(90_000, 1), (150_000, 0)])
+def test_an_arc_whose_centre_has_more_digits_than_controls_take_stays_straight(radius, arcs):
+    rise = radius - np.sqrt(radius**2 - 200**2)
+    lines = [
+        "FEDRAT/600,MMPM",
+        "GOTO/0,0,0,0,0,1",
+        f"CIRCLE/{radius},0,0,0,0,-1,{radius}",
+        f"GOTO/{rise:.9f},200,0",
+    ]
+    text = run(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect="fanuc").program
+    assert len(re.findall(r"\bG[23]\b", text)) == arcs
+
+
 CYCLES = {  # as CL data have them, and whether the tool comes out at its feed
     "DRILL,FEDTO,8,CLEAR,2,RTRCTO,6,MMPM,150": False,
     "DRILL,FEDTO,5,CLEAR,1,MMPM,120,DWELL,0.5": False,
