@@ -6,6 +6,8 @@ them sets the place up, starts the command as the account that it is for, and en
 What could not be done is written to the file descriptor `said`, a line each.
 """
 
+from __future__ import annotations
+
 import ctypes
 import json
 import os
@@ -13,8 +15,10 @@ import resource
 import shutil
 import signal
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 NEW = {"mount": 0x0002_0000, "ipc": 0x0800_0000, "pid": 0x2000_0000, "user": 0x1000_0000, "net": 0x4000_0000}
 NOSUID, NODEV, NOEXEC, BIND, RECURSIVE, PRIVATE = 2, 4, 8, 4096, 16384, 1 << 18  # of mount(2)
@@ -35,10 +39,11 @@ class Options:
     account: int | None = None  # to become, as root; None: the caller's own
     network: bool = False
     read_only: bool = True  # all but the private folders
-    private: dict = field(default_factory=dict)  # folder → bytes of the file system in memory that replaces it
+    # Folder → bytes of the file system in memory that replaces it.
+    private: dict[str, int] = field(default_factory=dict)
     copied: str = ""  # a folder that is replaced by a private copy in memory
-    keep: list = field(default_factory=list)  # folders to be seen although they lie in a private one
-    limits: dict = field(default_factory=dict)  # RLIMIT_ name → number, for each process
+    keep: list[str] = field(default_factory=list)  # folders to be seen although they lie in a private one
+    limits: dict[str, int] = field(default_factory=dict)  # RLIMIT_ name → number, for each process
     memory: int = 0  # bytes of all processes together, where there are control groups
     processes: int = 0
     said: int = 2  # file descriptor
@@ -55,7 +60,7 @@ def main() -> None:
     os._exit(status)
 
 
-def _first(options, command, group, alone):
+def _first(options: Options, command: list[str], group: Path | None, alone: bool) -> NoReturn:
     """The first process of the namespaces: it sets up, starts the command, and reaps whatever ends."""
     _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if group:
@@ -65,7 +70,7 @@ def _first(options, command, group, alone):
     os._exit(_wait(_fork(lambda: _become(options, command))))
 
 
-def _become(options, command):
+def _become(options: Options, command: list[str]) -> NoReturn:
     """Take the bounds and the account, and turn into the command."""
     for name, most in options.limits.items():
         number = getattr(resource, f"RLIMIT_{name}")
@@ -81,7 +86,7 @@ def _become(options, command):
     os.execvp(command[0], command)
 
 
-def _unshare(options):
+def _unshare(options: Options) -> bool:
     """Enter new namespaces; return whether there are."""
     kinds = ["mount", "ipc", "pid", *["net"] * (not options.network), *["user"] * (os.geteuid() != 0)]
     user, group = os.geteuid(), os.getegid()
@@ -95,7 +100,7 @@ def _unshare(options):
     return True
 
 
-def _set_up(options):
+def _set_up(options: Options) -> None:
     """Private folders, everything else read-only, and a view of these processes alone."""
     here, mask = Path.cwd(), os.umask(0o022)  # folders on the way to those that are kept are open to the account
     seen = {path: os.open(path, os.O_PATH) for path in options.keep if Path(path).exists()}
@@ -134,7 +139,7 @@ def _set_up(options):
     os.umask(mask)
 
 
-def _group(options):
+def _group(options: Options) -> Path | None:
     """Make a control group and return its folder, or None if there can be none."""
     if not options.memory:
         return None
@@ -153,24 +158,24 @@ def _group(options):
         return None
 
 
-def _set_read_only():
+def _set_read_only() -> int:
     """Make all mounts read-only; return whether that failed (Linux before 5.12)."""
     wanted = (ctypes.c_uint64 * 4)(READ_ONLY, 0, 0, 0)
     return _libc().syscall(MOUNT_SETATTR, AT_FDCWD, b"/", AT_RECURSIVE, wanted, ctypes.sizeof(wanted))
 
 
-def _mount(source, target, kind, flags, data=None):
+def _mount(source: str | None, target: str, kind: str | None, flags: int, data: str | None = None) -> None:
     names = [None if each is None else str(each).encode() for each in (source, target, kind)]
     if _libc().mount(*names, flags, None if data is None else data.encode()):
         number = ctypes.get_errno()
         raise OSError(number, os.strerror(number), str(target))
 
 
-def _write(path, text):
+def _write(path: Path | str, text: str) -> None:
     Path(path).write_text(text, encoding="ascii")
 
 
-def _fork(work):
+def _fork(work: Callable[[], None]) -> int:
     """A process that does some work, and ends with status 125 if that fails."""
     if child := os.fork():
         return child
@@ -181,7 +186,7 @@ def _fork(work):
     os._exit(125)
 
 
-def _wait(child):
+def _wait(child: int) -> int:
     """Pass signals on to a child, reap what ends, and return the child's status."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda number, _: os.kill(child, number))
@@ -191,15 +196,15 @@ def _wait(child):
             return os.waitstatus_to_exitcode(status) % 256
 
 
-def _prctl(number, value):
+def _prctl(number: int, value: int) -> None:
     _libc().prctl(number, ctypes.c_ulong(value), 0, 0, 0)
 
 
-def _libc():
+def _libc() -> ctypes.CDLL:
     return ctypes.CDLL(None, use_errno=True)
 
 
-def _say(options, sentence):
+def _say(options: Options, sentence: str) -> None:
     os.write(options.said, f"{sentence}\n".encode())
 
 

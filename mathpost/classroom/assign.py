@@ -6,10 +6,14 @@ get, are safe from that. An exercise that draws numbers has the student's own in
 every question says whether it does.
 """
 
+from __future__ import annotations
+
 import copy
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from mathpost.course import exercise
 from mathpost.course.verdict import EXERCISES, OPEN
@@ -20,10 +24,11 @@ CALLS = re.compile(r"exercise\.(check|solution|progress|given)\s*\(")
 DEFINES = re.compile(r"@?\bexercise\.define\s*\(")
 SHOWN = re.compile(r"Solution of|Hint for")
 DRAWN = re.compile(r"<!--drawn:([\w-]+):(\w+)-->(.*?)<!--/drawn-->", re.DOTALL)
+Notebook = dict[str, Any]  # as parsed JSON
 OWN, SAME = "*These numbers are yours alone.*", "*The same for everybody.*"
 
 
-def assign(lessons, folder, students=()):
+def assign(lessons: Path | str, folder: Path | str, students: Sequence[str] = ()) -> dict[Path, list[str]]:
     """Write the student copy, or one for each student; return a dict from each path to its exercises' names.
 
     `lessons` is a notebook or a folder of them; each name in `students` becomes a folder in `folder`. There is an
@@ -55,7 +60,7 @@ def assign(lessons, folder, students=()):
     return {path: names for path, (_, names) in copies.items()}
 
 
-def _student_copy(path):
+def _student_copy(path: Path) -> tuple[Notebook, list[str]]:
     """The notebook without solutions, as parsed JSON, and the names of its exercises."""
     page = exercise.notebook(path)
     for each in exercise.judged(page["cells"], path):
@@ -82,13 +87,13 @@ def _student_copy(path):
     return page | {"cells": cells}, names
 
 
-def _personal(page, student):
+def _personal(page: Notebook, student: str) -> Notebook:
     """A student copy with the student's own numbers, and a cell that tells the checks whose they are."""
     question, cells = None, []
     for cell in copy.deepcopy(page["cells"]):
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
-            cell["source"] = DRAWN.sub(lambda mark: _number(*mark.groups(), student), source)
+            cell["source"] = DRAWN.sub(lambda mark: _number(mark[1], mark[2], mark[3], student), source)
             question = cell
         elif question is not None and (names := [name for name in exercise.asked(source) if name in EXERCISES]):
             own = EXERCISES[names[0]].of(student).student
@@ -96,12 +101,18 @@ def _personal(page, student):
             question = None
         cells.append(cell)
         if cell["cell_type"] == "code" and re.search(r"import.*\bexercise\b", source):
-            told = {"cell_type": "code", "execution_count": None, "id": "student", "metadata": {}, "outputs": []}
+            told: Notebook = {
+                "cell_type": "code",
+                "execution_count": None,
+                "id": "student",
+                "metadata": {},
+                "outputs": [],
+            }
             cells.append(told | {"source": f"exercise.student({json.dumps(student, ensure_ascii=False)})"})
     return page | {"cells": cells}
 
 
-def _number(name, argument, stated, student):
+def _number(name: str, argument: str, stated: str, student: str) -> str:
     """The drawn number for a place in a question, or the lesson's own if the exercise draws none."""
     if name not in EXERCISES or argument not in (arguments := EXERCISES[name].of(student).arguments):
         raise InputError(f"<!--drawn:{name}:{argument}-->", "an exercise, and an argument that it draws", stated)

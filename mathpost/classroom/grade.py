@@ -5,23 +5,30 @@ right answer copied from a neighbour cannot be told from any other. `handed_in` 
 `judged` looks at one file, `grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
 """
 
+from __future__ import annotations
+
 import math
 import tempfile
 import time
 from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from mathpost.bounds import TooLarge, bounded
 from mathpost.classroom import judged
-from mathpost.classroom.handed_in import collect
+from mathpost.classroom.handed_in import Student, collect
 from mathpost.classroom.kept import Kept
 from mathpost.course import exercise
-from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, Verdict
 from mathpost.errors import InputError
 from mathpost.toml_table import read_toml
 from mathpost.workbook.folder import DAMAGED
+
+if TYPE_CHECKING:
+    from mathpost.classroom.judged import Notebook, Tried, Workbook
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
@@ -43,14 +50,18 @@ DUPLICATED, RETYPED = "checked in more than one cell", "its check is not as it w
 SECONDS = 120.0  # of the processor, for all that one student handed in
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
+Work = tuple[str, str, Any]  # kind, file, content
+
 
 @dataclass(frozen=True)
 class Rules:
     """Which exercises count, and how much."""
 
-    students: tuple = ()  # who should have handed in
-    exercises: tuple = ()  # such as "07-pivot", or lessons such as "07"; empty: all lessons that anybody handed in
-    points: dict = field(default_factory=dict)  # per exercise, or for each exercise of a lesson; 1 if not given
+    students: tuple[str, ...] = ()  # who should have handed in
+    # Such as "07-pivot", or lessons such as "07"; empty: all lessons that anybody handed in.
+    exercises: tuple[str, ...] = ()
+    # Per exercise, or for each exercise of a lesson; 1 if not given.
+    points: dict[str, float] = field(default_factory=dict)
     notebooks: float = 1.0  # weights of the two parts, if both were handed in
     workbooks: float = 1.0
     expected_workbooks: int = 1
@@ -61,20 +72,21 @@ class Result:
     """One student."""
 
     name: str
-    verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` in the notebooks
-    edited: list = field(default_factory=list)  # exercises whose saved verdict does not fit the answer
-    mixups: set = field(default_factory=set)  # (exercise, sentence) of each mix-up found
-    workbooks: list = field(default_factory=list)  # of `judged.Workbook`
-    trouble: list = field(default_factory=list)  # (file, why): not read, too large, or empty
-    changed: list = field(default_factory=list)  # (file, exercise, what): whose check is not the course's one cell
-    lessons: set = field(default_factory=set)  # numbers of the lessons handed in
-    unknown: dict = field(default_factory=dict)  # exercise not defined here → what the notebook says
-    reran: dict = field(default_factory=dict)  # exercise → status when run, if it is not the saved one
-    numbers: set = field(default_factory=set)  # whose drawn numbers were used; "" for those of the lesson
-    works: list = field(default_factory=list)  # (kind, file, content) to compare with other students'
+    verdicts: dict[str, Verdict] = field(default_factory=dict)  # exercise → the best in the notebooks
+    edited: list[str] = field(default_factory=list)  # exercises whose saved verdict does not fit the answer
+    mixups: set[tuple[str, str]] = field(default_factory=set)  # (exercise, sentence) of each mix-up found
+    workbooks: list[judged.Workbook] = field(default_factory=list)
+    trouble: list[tuple[str, str]] = field(default_factory=list)  # (file, why): not read, too large, or empty
+    # (file, exercise, what): whose check is not the course's one cell.
+    changed: list[tuple[str, str, str]] = field(default_factory=list)
+    lessons: set[str] = field(default_factory=set)  # numbers of the lessons handed in
+    unknown: dict[str, str] = field(default_factory=dict)  # exercise not defined here → what the notebook says
+    reran: dict[str, str] = field(default_factory=dict)  # exercise → status when run, if it is not the saved one
+    numbers: set[str] = field(default_factory=set)  # whose drawn numbers were used; "" for those of the lesson
+    works: list[Work] = field(default_factory=list)  # (kind, file, content) to compare with other students'
     notebooks: int = 0
 
-    def status(self, name):
+    def status(self, name: str) -> str:
         """Return the status of an exercise; "" if its lesson was not handed in."""
         found = self.verdicts.get(name)
         return found.status if found else OPEN if lesson_of(name) in self.lessons else ""
@@ -84,24 +96,24 @@ class Result:
 class Class:
     """What `grade` returns."""
 
-    results: list  # of `Result`, by name
-    exercises: list  # those that count
+    results: list[Result]  # by name
+    exercises: list[str]  # those that count
     rules: Rules
-    same: list = field(default_factory=list)  # (kind, file, students)
-    notes: list = field(default_factory=list)  # what was not done, or not bounded
+    same: list[tuple[str, str, list[str]]] = field(default_factory=list)  # (kind, file, students)
+    notes: list[str] = field(default_factory=list)  # what was not done, or not bounded
 
-    def solved(self, result):
+    def solved(self, result: Result) -> list[str]:
         """Return the exercises that a student has solved."""
         return [name for name in self.exercises if result.status(name) == RIGHT]
 
-    def points(self, result):
+    def points(self, result: Result) -> tuple[float, float, int]:
         """Return a student's points, the points possible, and the number of right workbooks."""
         said, right = self.rules.points, sum(each.verdict == "right" for each in result.workbooks)
         worth = {name: said.get(name, said.get(lesson_of(name), 1)) for name in self.exercises}
         had = sum(worth[name] for name in self.solved(result))
         return had, sum(worth.values()), min(right, self.rules.expected_workbooks)
 
-    def mark(self, result):
+    def mark(self, result: Result) -> float | None:
         """Return the mark in per cent, weighted by the rules; None if nothing counts."""
         had, possible, right = self.points(result)
         parts = [(self.rules.notebooks, had / possible)] if possible else []
@@ -110,12 +122,12 @@ class Class:
         total = sum(weight for weight, _ in parts)
         return 100 * sum(weight * part for weight, part in parts) / total if total else None
 
-    def mixups(self):
+    def mixups(self) -> list[tuple[str, str, int]]:
         """Return (exercise, sentence, number of students) of each mix-up, the most frequent first."""
         counts = Counter(each for result in self.results for each in result.mixups)
         return [(*each, count) for each, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
 
-    def failed(self):
+    def failed(self) -> list[tuple[str, int, int]]:
         """Return (exercise, how many tried it, how many did not solve it), the worst first."""
         rows = []
         for name in self.exercises:
@@ -125,7 +137,15 @@ class Class:
         return sorted(rows, key=lambda row: (-row[2] / row[1], -row[2], row[0]))
 
 
-def grade(folder, rules=None, *, lessons=None, rerun=None, kept=None, progress=None):
+def grade(
+    folder: Path | str,
+    rules: Rules | None = None,
+    *,
+    lessons: Path | str | None = None,
+    rerun: Callable[[Path], Path] | None = None,
+    kept: Kept | None = None,
+    progress: Callable[[int, int, str], object] | None = None,
+) -> Class:
     """Judge what a class handed in, a folder laid out as `handed_in` says; return a `Class`.
 
     `lessons` is the folder of the notebooks as handed out, by default the course's; what they say is nobody's own
@@ -154,7 +174,7 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, kept=None, progress=N
     return Class(results, exercises, rules, same)
 
 
-def _handed_out(notebooks):
+def _handed_out(notebooks: Iterable[Path]) -> set[str]:
     """Digests of the course's notebooks, workbooks and cells; "check of 01-sign" for each exercise in them."""
     files = (*notebooks, *(COURSE / "data").glob("**/*.xlsx"))
     sources = [judged.source(cell) for path in notebooks for cell in exercise.notebook(path)["cells"]]
@@ -162,7 +182,7 @@ def _handed_out(notebooks):
     return {judged.digest(path.read_bytes()) for path in files} | set(map(judged.digest, sources)) | checks
 
 
-def _say_whose_numbers(results):
+def _say_whose_numbers(results: Iterable[Result]) -> None:
     """In a class with drawn numbers, note who used those of the lesson, or of another student."""
     owners = Counter(name for result in results for name in result.numbers)
     for result in results if any(owners) else ():
@@ -173,7 +193,7 @@ def _say_whose_numbers(results):
                 result.trouble.append(("", f"answered with the numbers of {name}, as {owners[name] - 1} more did"))
 
 
-def read_rules(path):
+def read_rules(path: Path | str) -> Rules:
     """Return the `Rules` of a TOML file; raise `InputError` for an unknown key or a wrong value."""
     found = read_toml(path)
     for key, value in found.items():
@@ -186,17 +206,27 @@ def read_rules(path):
                 raise InputError(f"{path}, {key}", expected, repr(name))
             if key == "points" and not NUMBER[0](value[name]):
                 raise InputError(f"{path}, points.{name}", NUMBER[1], repr(value[name]))
-    return Rules(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
+    stated: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in found.items()
+    }
+    return Rules(**stated)
 
 
-def lesson_of(name):
+def lesson_of(name: str) -> str:
     """The number of the lesson of an exercise, as text."""
     return name.split("-")[0]
 
 
-def _student(student, handed_out, rerun, kept, step):
+def _student(
+    student: Student,
+    handed_out: set[str],
+    rerun: Callable[[Path], Path] | None,
+    kept: Kept,
+    step: Callable[[str], object],
+) -> Result:
     """Judge one student's files; `handed_out` are the digests of the course's files and of its cells."""
-    result, tried, begun = Result(student.name, trouble=list(student.refused)), {}, time.process_time()
+    result, begun = Result(student.name, trouble=list(student.refused)), time.process_time()
+    tried: Tried = {}
     for path in (*student.notebooks, *student.workbooks):
         kind = "a notebook" if path in student.notebooks else "a workbook"
         try:
@@ -229,7 +259,7 @@ def _student(student, handed_out, rerun, kept, step):
     return result
 
 
-def _notebook(path, content, tried, kept):
+def _notebook(path: Path, content: str, tried: Tried, kept: Kept) -> Notebook:
     """The record of a notebook, kept or new."""
     if any(not each.solve.__module__.startswith("mathpost.course.") for each in EXERCISES.values()):
         return judged.notebook(path, tried)  # by a teacher's own exercises, which may change
@@ -241,7 +271,7 @@ def _notebook(path, content, tried, kept):
     return found
 
 
-def _workbook(path, content, kept):
+def _workbook(path: Path, content: str, kept: Kept) -> Workbook:
     """The record of a workbook, kept or new."""
     if found := kept.get("workbook", content):
         return replace(found, name=path.name)
@@ -251,7 +281,9 @@ def _workbook(path, content, kept):
     return found
 
 
-def _run_differently(path, content, found, rerun, kept):
+def _run_differently(
+    path: Path, content: str, found: Notebook, rerun: Callable[[Path], Path], kept: Kept
+) -> dict[str, str]:
     """Exercise → status when the notebook is run, where it is not the saved one."""
     before = {each.name: each.status for each in found.verdicts}
     after = kept.get("run", content)
@@ -262,7 +294,7 @@ def _run_differently(path, content, found, rerun, kept):
     return {name: status for name, status in run.items() if status != before.get(name, OPEN)}
 
 
-def _add_notebook(result, path, content, found, handed_out):
+def _add_notebook(result: Result, path: Path, content: str, found: Notebook, handed_out: set[str]) -> None:
     """Add the answers in one notebook."""
     result.notebooks += 1
     if not found.cells:
@@ -287,7 +319,7 @@ def _add_notebook(result, path, content, found, handed_out):
         result.works += [(FILE, path.name, content), (TEXT, path.name, (found.answers, own))]
 
 
-def _changed(found, handed_out):
+def _changed(found: Notebook, handed_out: set[str]) -> Iterator[tuple[str, str]]:
     """Yield the exercises whose check is not the course's one cell, and what was done to it."""
     checks = Counter(name for each in found.cells for name in dict.fromkeys(each.asks))
     kept = {name for each in found.cells if each.source in handed_out for name in each.asks}
@@ -298,7 +330,7 @@ def _changed(found, handed_out):
             yield name, RETYPED
 
 
-def _add_workbook(result, path, content, found):
+def _add_workbook(result: Result, path: Path, content: str, found: Workbook) -> None:
     """Add the check of one workbook."""
     result.workbooks.append(found)
     if found.why:
@@ -307,18 +339,18 @@ def _add_workbook(result, path, content, found):
         result.works += [(FILE, path.name, content), (CELLS, path.name, found.content)]
 
 
-def _same(results):
+def _same(results: Sequence[Result]) -> list[tuple[str, str, list[str]]]:
     """Find what students share beyond what was handed out: its kind, the files, the students."""
     works = [(result.name, *work) for result in results for work in result.works]
     has = Counter(text for _, kind, _, content in works if kind == TEXT for text in set(content[1]))
-    having = {kind: defaultdict(list) for kind in (FILE, TEXT, CELLS)}
+    having: dict[str, dict[Any, list[tuple[str, str]]]] = {kind: defaultdict(list) for kind in (FILE, TEXT, CELLS)}
     for student, kind, file, content in works:
         if kind == TEXT:
             answers, texts = content
             beyond = tuple(t for t in texts if len(results) < 10 or has[t] <= SHARED_BY_CLASS * len(results))
             content = (answers, beyond) if sum(length for _, length in beyond) >= TEXT_ENOUGH else ""
         having[kind][content].append((student, file))
-    found = {}
+    found: dict[tuple[str, ...], str] = {}
     for kind, groups in having.items():
         for content, files in groups.items():
             who, names = (sorted(set(column)) for column in zip(*files, strict=True))

@@ -4,17 +4,24 @@ The Chinese is looked up by the English text, in `chinese.toml` or, for slips, i
 student wrote is escaped: no file name or answer can become markup, or a formula in a spreadsheet.
 """
 
+from __future__ import annotations
+
 import re
 from collections import Counter
+from collections.abc import Iterator
 from functools import cache, partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment
 
 from mathpost.course.exercise import MARKS
-from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, toml
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, Verdict, toml
 from mathpost.files import csv_text, read_text
 from mathpost.workbook.folder import CHINESE as CAUSES
+
+if TYPE_CHECKING:
+    from mathpost.classroom.grade import Class, Result
 
 LANGUAGES = ("en", "zh")
 ENGLISH = {OPEN: "open"}  # where the report says it differently
@@ -22,34 +29,34 @@ EDITED = "verdict differs from its answer: the file was edited, or saved with an
 STYLES = {RIGHT: "right", WRONG: "wrong", OPEN: "open"}
 
 
-def say(language, text):
+def say(language: str, text: str) -> str:
     """A phrase of the report, or a cause named by the workbook check, in the language."""
     return ENGLISH.get(text, text) if language == "en" else sections()["report"].get(text) or CAUSES.get(text, text)
 
 
-def mixup(language, name, sentence):
+def mixup(language: str, name: str, sentence: str) -> str:
     """The sentence of a mix-up; as it is if there is no Chinese for it."""
     return (language == "zh" and chinese(name, sentence)) or sentence
 
 
-def why(language, verdict):
+def why(language: str, verdict: Verdict) -> str:
     """What is said of an answer."""
     return mixup(language, verdict.name, verdict.mixup) or verdict.why
 
 
-def to_csv(graded, language="en"):
+def to_csv(graded: Class, language: str = "en") -> str:
     """Return the table of students and exercises as CSV, with a byte order mark for spreadsheet programs.
 
     The columns ``student_id``, ``score`` and ``max_score`` are nbgrader's, ``percent_correct`` is otter's.
     """
     head = ["student_id", *graded.exercises, "score", "max_score", "workbooks_right", "first_wrong_cell", "cause"]
-    rows = [[*head, "percent_correct", "edited", "same_as", "trouble"]]
+    rows: list[list[Any]] = [[*head, "percent_correct", "edited", "same_as", "trouble"]]
     for result in graded.results:
         statuses = [say(language, result.status(name) or "not handed in") for name in graded.exercises]
         wrong = [book for book in result.workbooks if book.cell]
         mark = graded.mark(result)
         same = {name for _, _, who in graded.same if result.name in who for name in who} - {result.name}
-        row = [result.name, *statuses, *graded.points(result)]
+        row: list[Any] = [result.name, *statuses, *graded.points(result)]
         row += ["; ".join(each.cell for each in wrong), "; ".join(say(language, each.cause) for each in wrong)]
         row += ["" if mark is None else f"{mark:.1f}", " ".join(result.edited), "; ".join(sorted(same))]
         trouble = [f"{file}: {why}" if file else why for file, why in result.trouble]
@@ -58,7 +65,7 @@ def to_csv(graded, language="en"):
     return csv_text(rows)
 
 
-def to_html(graded, language="en"):
+def to_html(graded: Class, language: str = "en") -> str:
     """Return the report as an HTML page without scripts."""
     books = [(result.name, book) for result in graded.results for book in result.workbooks]
     functions = {function.__name__: partial(function, language) for function in (say, mixup, why)}
@@ -78,14 +85,14 @@ def to_html(graded, language="en"):
     )
 
 
-def _mark(graded, result):
+def _mark(graded: Class, result: Result) -> str:
     """The mark in whole per cent, with a question mark if a file could not be read or judged."""
     mark = graded.mark(result)
     doubt = result.trouble or any(book.verdict == "unclear" for book in result.workbooks)
     return "" if mark is None else f"{mark:.0f}{' ?' if doubt else ''}"
 
 
-def _attention(graded, language):
+def _attention(graded: Class, language: str) -> Iterator[tuple[str, str, str, str]]:
     """Yield what a teacher should look at: student, file or exercise, kind, why."""
     for result in graded.results:
         for file, trouble in result.trouble:
@@ -106,7 +113,7 @@ def _attention(graded, language):
 
 
 @cache
-def chinese(name, sentence):
+def chinese(name: str, sentence: str) -> str:
     """The Chinese of a mix-up; "" if there is none, as in a teacher's own exercise."""
     for pattern, wording in (*_patterns(name), *_patterns("any")):
         if found := pattern.fullmatch(sentence):
@@ -115,12 +122,16 @@ def chinese(name, sentence):
         return ""
     parts = sentence
     for pattern, wording in _patterns("detective"):
-        parts = pattern.sub(lambda found, wording=wording: wording.format(*found.groups()), parts)
+        parts = pattern.sub(partial(_worded, wording), parts)
     return "" if parts == sentence else parts.removesuffix(".") + "。"
 
 
+def _worded(wording: str, found: re.Match[str]) -> str:
+    return wording.format(*found.groups())
+
+
 @cache
-def sections():
+def sections() -> dict[str, dict[str, str]]:
     """The Chinese by section: those of `chinese.toml`, and one per exercise."""
     found = dict(toml("chinese"))
     for name, words in toml("exercises").items():
@@ -130,7 +141,7 @@ def sections():
 
 
 @cache
-def _patterns(section):
+def _patterns(section: str) -> list[tuple[re.Pattern[str], str]]:
     """The entries of a section, keys as patterns; in the detective's, a gap is one word."""
     blank, ignore = (r"(\S+?)", re.IGNORECASE) if section == "detective" else ("(.+?)", 0)
     entries = sections().get(section, {}).items()

@@ -5,10 +5,14 @@ nbgrader's (``submitted/NAME/ASSIGNMENT``, or the exchange's ``inbound/NAME+ASSI
 nothing outside the folder is read: links are not followed.
 """
 
+from __future__ import annotations
+
 import re
 import shutil
 import unicodedata
 import zipfile
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -29,13 +33,13 @@ class Student:
     """One student's files."""
 
     name: str
-    notebooks: list = field(default_factory=list)  # of Path
-    workbooks: list = field(default_factory=list)
-    refused: list = field(default_factory=list)  # (file, why it was not opened)
+    notebooks: list[Path] = field(default_factory=list)
+    workbooks: list[Path] = field(default_factory=list)
+    refused: list[tuple[str, str]] = field(default_factory=list)  # (file, why it was not opened)
     unpacked: int = 0  # bytes, of all zips
 
 
-def collect(folder, unpacked, lessons=()):
+def collect(folder: Path | str, unpacked: Path | str, lessons: Iterable[str] = ()) -> list[Student]:
     """Return the students in a folder or zip, sorted by name; zips are unpacked into the folder `unpacked`.
 
     `lessons` are the stems of the lessons' file names, which are not part of a student's name.
@@ -46,7 +50,7 @@ def collect(folder, unpacked, lessons=()):
         folder = unpacked / "class"
     if not folder.is_dir():
         raise InputError(str(folder), "a folder of what was handed in, or a zip of it", "none")
-    found = {}
+    found: dict[str, Student] = {}
     for number, (name, path) in enumerate(_whose(folder, tuple(lessons))):
         name = unicodedata.normalize("NFC", name)
         student = found.setdefault(name, Student(name))
@@ -61,7 +65,7 @@ def collect(folder, unpacked, lessons=()):
     return [found[name] for name in sorted(found)]
 
 
-def unzip(path, target, limit=ZIP_LIMIT):
+def unzip(path: Path, target: Path, limit: int = ZIP_LIMIT) -> int:
     """Unpack a zip and return its size unpacked.
 
     There is an `InputError` if it is broken, leads out of `target`, holds links, or has more than `limit` bytes.
@@ -84,11 +88,11 @@ def unzip(path, target, limit=ZIP_LIMIT):
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_bytes(packed.read(member))  # at most the size that the zip declares
             return size
-    except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zipfile.zlib.error) as error:
+    except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zlib.error) as error:
         raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
 
 
-def _said(member):
+def _said(member: zipfile.ZipInfo) -> str:
     """The name of a file in a zip, which may be in a Chinese code page without saying so."""
     if not member.flag_bits & 0x800:
         for encoding in ("utf-8", "gb18030"):
@@ -97,7 +101,7 @@ def _said(member):
     return member.filename
 
 
-def _whose(folder, lessons):
+def _whose(folder: Path, lessons: Sequence[str]) -> Iterator[tuple[str, Path]]:
     """Yield the name of a student and a file or folder of theirs."""
     submitted, inbound = (folder if folder.name == name else folder / name for name in ("submitted", "inbound"))
     if submitted.is_dir():
@@ -123,7 +127,7 @@ def _whose(folder, lessons):
             yield next((name for name in known if _belongs(stem, name)), stem), path
 
 
-def _without_lesson(stem, lessons):
+def _without_lesson(stem: str, lessons: Sequence[str]) -> str:
     stem = unicodedata.normalize("NFC", stem)
     for lesson in sorted(lessons, key=len, reverse=True):
         if lesson in stem:
@@ -131,18 +135,18 @@ def _without_lesson(stem, lessons):
     return re.sub(r"(^|[ _-])\d\d[a-z]?_\w+$", "", stem, flags=re.ASCII).strip(SEPARATORS) or stem
 
 
-def _belongs(stem, name):
+def _belongs(stem: str, name: str) -> bool:
     """Whether a file's name begins or ends with a student's, as a word."""
     before, found, after = stem.partition(unicodedata.normalize("NFC", name))
     alone = not before or (not after and before[-1] in SEPARATORS)
     return bool(found) and alone and after[:1] in ("", *SEPARATORS)
 
 
-def _entries(folder):
+def _entries(folder: Path) -> list[Path]:
     return [path for path in sorted(folder.iterdir()) if path.name[0] not in ".~" and path.name not in PASSED_OVER]
 
 
-def _take(path, student, unpacked, said):
+def _take(path: Path, student: Student, unpacked: Path, said: str) -> None:
     """Add a file, or all of a folder or zip, to the student's."""
     folder = path  # or where a zip goes
     try:

@@ -5,9 +5,14 @@ said to be, with the figure, and the class goes on: everything is counted before
 bound of time, too, for what no count foresees.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from mathpost.bounds import TooLarge
 from mathpost.course import exercise
@@ -15,13 +20,15 @@ from mathpost.course.verdict import OPEN, Verdict
 from mathpost.errors import InputError
 from mathpost.workbook import check_file
 from mathpost.workbook.folder import DAMAGED
-from mathpost.workbook.report import TOO_LARGE
+from mathpost.workbook.report import TOO_LARGE, FileReport
 from mathpost.workbook.sheet.file import read
 
 NOTEBOOK_LIMIT = 16 * 2**20  # bytes; a lesson with its pictures has less than one million
 MOST_CELLS, MOST_STORED = 2000, 1000  # cells and stored answers of a notebook
 LONGEST = 20_000  # characters of an answer
 MOST_DIFFERENT = 20  # answers to one exercise that are judged, in all notebooks of a student
+
+Tried = dict[str, set[str]]  # from an exercise to digests of the different answers to it
 
 
 @dataclass(frozen=True)
@@ -30,17 +37,17 @@ class Cell:
 
     source: str  # a digest of it
     length: int
-    asks: tuple  # names of the exercises that it checks
+    asks: tuple[str, ...]  # names of the exercises that it checks
 
 
 @dataclass(frozen=True)
 class Notebook:
     """What a notebook holds."""
 
-    given: tuple  # (exercise, digest of the answer) of each different answer
-    verdicts: tuple  # of `Verdict`, without the answers
+    given: tuple[tuple[str, str], ...]  # (exercise, digest of the answer) of each different answer
+    verdicts: tuple[Verdict, ...]  # without the answers
     answers: str  # a digest of them; "" if there are none
-    cells: tuple  # of `Cell`
+    cells: tuple[Cell, ...]
 
 
 @dataclass(frozen=True)
@@ -58,17 +65,17 @@ class Workbook:
     content: str = ""  # a digest of all formulas and numbers
 
 
-def digest(content):
+def digest(content: bytes | str) -> str:
     """The SHA-256 of bytes or text."""
     return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
 
 
-def source(cell):
+def source(cell: dict[str, Any]) -> str:
     """The source of a cell without trailing spaces."""
     return "\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip()
 
 
-def notebook(path, tried):
+def notebook(path: Path, tried: Tried) -> Notebook:
     """Return the `Notebook` of a file.
 
     `tried` is what the same student gave in other notebooks, see `count`. There is an `InputError` if it is no
@@ -98,7 +105,7 @@ def notebook(path, tried):
     )
 
 
-def count(given, tried):
+def count(given: Iterable[tuple[str, str]], tried: Tried) -> None:
     """Add the answers `given` in a notebook to those `tried`, a dict of each exercise to a set.
 
     If these are more than anybody's, there is a `TooLarge`, and nothing is added.
@@ -110,7 +117,7 @@ def count(given, tried):
     tried.update(together)
 
 
-def workbook(path):
+def workbook(path: Path) -> Workbook:
     """Return the `Workbook` of a file."""
     try:
         report = check_file(path)
@@ -124,5 +131,5 @@ def workbook(path):
     return Workbook(path.name, report.verdict, report.checked, report.total, *first[0], why, content)
 
 
-def _too_large(report):
+def _too_large(report: FileReport) -> bool:
     return any(said.startswith(TOO_LARGE) for said in report.seen)

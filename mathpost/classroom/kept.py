@@ -14,6 +14,7 @@ from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from mathpost.classroom.judged import Cell, Notebook, Workbook
 from mathpost.course.verdict import Verdict
@@ -32,10 +33,10 @@ class Kept:
     an `OutputError` if it cannot be made.
     """
 
-    def __init__(self, path=None):
+    def __init__(self, path: Path | str | None = None) -> None:
         self.path = Path(path) if path else None
         if self.path:
-            self._make_or_check()
+            _make_or_check(self.path)
         try:
             self._database = sqlite3.connect(self.path or ":memory:")
             self._database.execute("PRAGMA synchronous = OFF")  # what is lost is judged again
@@ -45,11 +46,11 @@ class Kept:
         except sqlite3.Error as error:
             raise InputError(str(self.path), EXPECTED, str(error)) from None
 
-    def commit(self):
+    def commit(self) -> None:
         """Keep what was judged, come what may."""
         self._database.commit()
 
-    def get(self, kind, content):
+    def get(self, kind: str, content: str) -> Any:
         """Return the record of a kind ("notebook", "workbook", "run") by the digest of the content, or None."""
         row = self._database.execute("SELECT record FROM kept WHERE key = ?", (f"{kind} {content}",)).fetchone()
         try:
@@ -57,27 +58,28 @@ class Kept:
         except (ValueError, TypeError, KeyError, AttributeError):
             return None
 
-    def put(self, kind, content, record):
+    def put(self, kind: str, content: str, record: Notebook | Workbook | dict[str, str]) -> None:
         """Keep a record."""
         data = record if isinstance(record, dict) else asdict(record)
         row = (f"{kind} {content}", edition(), json.dumps(data))
         self._database.execute("INSERT OR REPLACE INTO kept VALUES (?, ?, ?)", row)
 
-    def _make_or_check(self):
-        try:
-            os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600))
-        except OSError as error:
-            if self.path.is_symlink():
-                raise InputError(str(self.path), EXPECTED, "a link") from None
-            raise OutputError(f"{self.path}: not written, {error.strerror or error}") from None
-        found = self.path.stat()
-        if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
-            said = f"account {found.st_uid}, mode {stat.S_IMODE(found.st_mode):o}"
-            raise InputError(str(self.path), EXPECTED, said)
+
+def _make_or_check(path: Path) -> None:
+    try:
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600))
+    except OSError as error:
+        if path.is_symlink():
+            raise InputError(str(path), EXPECTED, "a link") from None
+        raise OutputError(f"{path}: not written, {error.strerror or error}") from None
+    found = path.stat()
+    if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+        said = f"account {found.st_uid}, mode {stat.S_IMODE(found.st_mode):o}"
+        raise InputError(str(path), EXPECTED, said)
 
 
 @cache
-def edition():
+def edition() -> str:
     """A digest of everything that judges: this package with its data, and what it calculates with."""
     said = hashlib.sha256(" ".join([sys.version, *map(version, BESIDE)]).encode())
     for folder in (Path(__file__).parents[1], data_file("machines").parent):
@@ -87,7 +89,7 @@ def edition():
     return said.hexdigest()
 
 
-def _notebook(data):
+def _notebook(data: dict[str, Any]) -> Notebook:
     verdicts = tuple(Verdict(**each) for each in data["verdicts"])
     cells = tuple(Cell(each["source"], each["length"], tuple(each["asks"])) for each in data["cells"])
     return Notebook(tuple((name, digest) for name, digest in data["given"]), verdicts, data["answers"], cells)

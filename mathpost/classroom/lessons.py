@@ -24,7 +24,7 @@ PANEL = "application/vnd.jupyter.widget-view+json"
 TIMEOUT = 120  # s for a cell
 
 
-def same(text, other):
+def same(text: str, other: str) -> bool:
     """Whether two texts have the same words, and numbers that agree to 1e-9."""
     if NUMBER.split(text) != NUMBER.split(other):
         return False
@@ -32,12 +32,12 @@ def same(text, other):
     return all(math.isclose(float(a), float(b), rel_tol=1e-9, abs_tol=1e-12) for a, b in pairs)
 
 
-def without_views(text):
+def without_views(text: str) -> str:
     """Return HTML without its views, which are compared by their plain text."""
     return VIEW.sub("a view that moves", text)
 
 
-def rerun(path, *, accept=False):
+def rerun(path: Path | str, *, accept: bool = False) -> list[str]:
     """Rerun a notebook and return a line for each change; `accept` writes the new outputs to the file.
 
     If a cell raises an error, so does this (`MathpostError`), and nothing is written.
@@ -47,11 +47,13 @@ def rerun(path, *, accept=False):
         before, after = (nbformat.read(path, as_version=4) for _ in range(2))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}", "a notebook", f"{error}".splitlines()[0]) from None
-    how = {"timeout": TIMEOUT, "kernel_name": "python3", "record_timing": False, "coalesce_streams": True}
-    how["store_widget_state"] = False
     where = {"metadata": {"path": str(path.parent)}}
+    client = NotebookClient(
+        after, resources=where, extra_arguments=["--log-level=ERROR"], timeout=TIMEOUT, kernel_name="python3",
+        record_timing=False, coalesce_streams=True, store_widget_state=False,
+    )  # fmt: skip
     try:
-        _execute(NotebookClient(after, resources=where, extra_arguments=["--log-level=ERROR"], **how))
+        _execute(client)
     except DeadKernelError:
         raise MathpostError(f"{path}: its kernel was stopped") from None
     except CellExecutionError as error:
@@ -66,11 +68,11 @@ def rerun(path, *, accept=False):
     return [f"  cell {n}: {old or 'nothing'} → {new or 'nothing'}" for n, found in changes for old, new in found]
 
 
-def _execute(client):
+def _execute(client: NotebookClient) -> None:
     """Run all cells, in a thread: in the main one nbclient takes the signals and answers them with tracebacks."""
     failed = []
 
-    def work():
+    def work() -> None:
         try:
             client.execute()
         except Exception as error:  # whatever it is, it is raised where somebody waits for it
@@ -87,7 +89,7 @@ def _execute(client):
         raise error
 
 
-def _text(cell):
+def _text(cell: nbformat.NotebookNode) -> str:
     """The text of all outputs of a cell."""
     texts = []
     for output in cell.outputs:
@@ -96,11 +98,12 @@ def _text(cell):
     return without_views("\n".join(texts))
 
 
-def _differences(old, new):
+def _differences(old: str, new: str) -> list[tuple[str, str]]:
     """Pairs (old, new) of what differs: numbers where only these differ, lines otherwise."""
-    old, new, pairs = old.splitlines(), new.splitlines(), []
-    for _, a, b, c, d in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
-        gone, come = old[a:b], new[c:d]
+    before, after = old.splitlines(), new.splitlines()
+    pairs: list[tuple[str, str]] = []
+    for _, a, b, c, d in SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
+        gone, come = before[a:b], after[c:d]
         if len(gone) != len(come):
             gone, come = [" / ".join(gone)], [" / ".join(come)]
         for line, other in zip(gone, come, strict=True):

@@ -15,6 +15,7 @@ import sys
 import tempfile
 from contextlib import suppress
 from pathlib import Path
+from typing import IO, Any
 
 from mathpost.classroom import apart
 from mathpost.errors import InputError
@@ -44,7 +45,7 @@ class Place:
     root, there is an `InputError`.
     """
 
-    def __init__(self, seconds=SECONDS):
+    def __init__(self, seconds: int = SECONDS) -> None:
         if sys.platform != "linux":
             raise InputError("--rerun", "Linux, whose processes can be bounded", sys.platform)
         self.seconds, self.root = seconds, os.getuid() == 0
@@ -61,7 +62,7 @@ class Place:
             self.open += ["Students' code ran with your own account: it could read your files."]
             self.open += ["The number of processes was bounded by time only."]
 
-    def __call__(self, path):
+    def __call__(self, path: Path | str) -> Path:
         """Run a notebook; return the path of the result, which is valid until the next call."""
         self._kept = tempfile.TemporaryDirectory()
         executed = Path(self._kept.name) / Path(path).name
@@ -74,7 +75,9 @@ class Place:
             raise InputError(executed.name, "a notebook that runs within its bounds", found)
         return executed
 
-    def _run(self, code, output, notebook=None, said=None):
+    def _run(
+        self, code: str, output: IO[bytes] | int, notebook: Path | None = None, said: IO[bytes] | None = None
+    ) -> int | None:
         """Run Python code in the sandbox; return its status, None if time ran out."""
         with tempfile.TemporaryDirectory(prefix="rerun-", ignore_cleanup_errors=True) as folder:
             work = Path(folder) / "notebooks"
@@ -89,7 +92,12 @@ class Place:
             modules = [str(Path(__file__).parents[2]), *filter(None, sys.path)]
             own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run"}
             own["PYTHONPATH"] = os.pathsep.join(modules)
-            options = {"private": FOLDERS, "copied": folder, "memory": MEMORY, "processes": PROCESSES}
+            options: dict[str, Any] = {
+                "private": FOLDERS,
+                "copied": folder,
+                "memory": MEMORY,
+                "processes": PROCESSES,
+            }
             options["keep"] = [sys.prefix, sys.base_prefix, str(data), *modules]
             options["limits"] = LIMITS | {"CPU": self.seconds}
             if self.root:
@@ -112,7 +120,7 @@ class Place:
                 process.wait()
 
 
-def inside():
+def inside() -> None:
     """In the sandbox: run notebook.ipynb and write it to standard output, out of the kernel's reach."""
     import nbformat
     from jupyter_client import AsyncKernelManager

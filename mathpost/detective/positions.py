@@ -30,7 +30,7 @@ MOST = 6
 
 
 def explain_tip(
-    kinematics: Kinematics, joints: np.ndarray, answer: np.ndarray, *, decimals: int | None = None
+    kinematics: Kinematics, joints: ArrayLike, answer: ArrayLike, *, decimals: int | None = None
 ) -> Explanation:
     """Return what gives somebody's tip for known joints, the simplest first.
 
@@ -51,9 +51,9 @@ def explain_tip(
 
 def explain_linear(
     kinematics: Kinematics,
-    tip: np.ndarray,
-    angles: np.ndarray,
-    answer: np.ndarray,
+    tip: ArrayLike,
+    angles: ArrayLike,
+    answer: ArrayLike,
     *,
     decimals: int | None = None,
     together: int = 2,

@@ -32,8 +32,8 @@ ANGLES = "first second third".split()
 
 
 def explain_rotation(
-    given: np.ndarray,
-    answer: np.ndarray,
+    given: ArrayLike,
+    answer: ArrayLike,
     *,
     sequence: str = "ZXZ",
     answer_sequence: str | None = None,

@@ -60,7 +60,7 @@ def asked(options: argparse.Namespace) -> workbook.Task:
     return workbook.Task(**said | given(options, names))
 
 
-def _cells(text):
+def _cells(text: str) -> dict[str, str]:
     """NAME=RANGE,NAME=RANGE; a range may itself hold commas if quoted by the sheet's name."""
     pairs = [part.partition("=") for part in text.split(",")]
     if not all(name.strip() and address.strip() for name, _, address in pairs):

@@ -1,7 +1,9 @@
 """Which misreading of the convention gives this number?"""
 
+from __future__ import annotations
+
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from mathpost.kinematics import Kinematics
 from mathpost.plane import pose
 from mathpost.shell.options import FILE, THREE, number
 from mathpost.shell.pose import control_lines, position_rows
+
+if TYPE_CHECKING:
+    from mathpost.detective.misreadings import Explanation
 
 ROW: dict[str, Any] = {"nargs": "+", "type": number, "action": "append"}
 
@@ -50,13 +55,13 @@ def run(options: argparse.Namespace) -> int:
     return int(not all(each.right and not each.travel for each in found))
 
 
-def _need(options, *names):
+def _need(options: argparse.Namespace, *names: str) -> None:
     for name in names:
         if not getattr(options, name):
             raise InputError("explain", f"--{name}", "nothing")
 
 
-def _rows(options, *names):
+def _rows(options: argparse.Namespace, *names: str) -> list[list]:
     """The rows of several options, as many of each and all of one length; a single row by itself."""
     _need(options, *names)
     rows = [getattr(options, name) for name in names]
@@ -66,7 +71,7 @@ def _rows(options, *names):
     return [several[0] if len(several) == 1 else several for several in rows]
 
 
-def _of_rotation(options):
+def _of_rotation(options: argparse.Namespace) -> Explanation:
     """What explains an answer that no machine is asked for."""
     given = options.angles or options.quaternion
     if options.matrix is not None:
@@ -81,7 +86,7 @@ def _of_rotation(options):
     return explain(options.angles, point, result, sequence=options.sequence.upper(), origin=options.origin)
 
 
-def _of_machine(options):
+def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
     """What explains the words of a machine; without a result the positions for a tool axis are printed."""
     kinematics = Kinematics(machine.load(options.machine))
     if options.joints:
@@ -105,7 +110,7 @@ def _of_machine(options):
     ]
 
 
-def _positions(kinematics, options):
+def _positions(kinematics: Kinematics, options: argparse.Namespace) -> None:
     """Which angles make a tool axis, where there is nothing to explain."""
     for n, given in enumerate(options.axis):
         axis = np.array(given, dtype=float)

@@ -52,14 +52,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stopping.take(signal.SIG_IGN)  # what is done is done
 
 
-def _stopped():
+def _stopped() -> int:
     """Say what the command had written when it was interrupted; return the exit status."""
     said = f"files written, each whole: {len(written)}" if written else "nothing was written"
     print(f"mathpost: stopped, {said}", file=sys.stderr)
     return stopping.STATUS
 
 
-def _refused(error):
+def _refused(error: BaseException) -> int:
     """Say in a line why a command ended, and return the exit status; raise what nobody foresaw."""
     if isinstance(error, MathpostError):
         print(f"mathpost: {error}", file=sys.stderr)
@@ -89,7 +89,7 @@ def option_actions(command: str) -> list[argparse.Action]:
     return made._actions
 
 
-def _parser(words):
+def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of all commands, with the arguments of the one that `words` begin with."""
     made = argparse.ArgumentParser(
         prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
@@ -105,7 +105,7 @@ def _parser(words):
     return made
 
 
-def _joined(arguments):
+def _joined(arguments: list[str]) -> list[str]:
     """Keep argparse from taking values for options: vectors such as -1,0,2, numbers such as -1e-16 or -54,7356."""
     if arguments[:1] in (["explain"], ["pose"], ["plane"]):
         return [re.sub(r"^-(?=[\d.,]+(e[+-]?\d+)?°?$)", "−", word) for word in arguments]

@@ -1,8 +1,12 @@
 """A tilted plane in every control's words, the third angle, and a machine's positions on it."""
 
+from __future__ import annotations
+
 import argparse
 import json
 import re
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +21,9 @@ from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import wrap
 from mathpost.shell.options import FILE, JSON, PRESENT, THREE, count_of, named, plain
 from mathpost.shell.pose import control_lines, position_rows
+
+if TYPE_CHECKING:
+    from mathpost.plane.pose import Position
 
 SAME = 1e-6  # degrees between two angles that are one
 SEEN = 10.0  # mm from the plane's origin along its X: where that would be with a wrong K
@@ -39,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the plane; 1 if the machine has no position inside travel."""
     plane = _read(options).to("G68.2")
-    answer = {"origin": plane.origin, "x": plane.frame.x, "y": plane.frame.y, "z": plane.frame.z}
+    answer: dict[str, Any] = {"origin": plane.origin, "x": plane.frame.x, "y": plane.frame.y, "z": plane.frame.z}
     answer |= {"words": _words(plane), "wrong": _wrong(plane)}
     found, lines = [], _plane_lines(plane, answer)
     if options.machine is not None:
@@ -68,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
     return int(bool(found) and all(each.reasons for each in found))
 
 
-def _read(options):
+def _read(options: argparse.Namespace) -> Plane:
     """The plane that was asked for, in whatever way."""
     said = [name for name in ("words", "point", "normal") if getattr(options, name)]
     if len(said) != 1:
@@ -99,11 +106,11 @@ def _read(options):
     return Plane.from_frame(frame, "G68.2")
 
 
-def _floats(texts):
+def _floats(texts: Iterable[str]) -> np.ndarray:
     return np.array([float(text) for text in texts])
 
 
-def _words(plane):
+def _words(plane: Plane) -> dict[str, dict[str, str]]:
     """Each notation with its block, and what was done where it locks."""
     found = {}
     for notation in NOTATIONS:
@@ -112,23 +119,25 @@ def _words(plane):
     return found
 
 
-def _wrong(plane):
+def _wrong(plane: Plane) -> list[dict[str, Any]]:
     """What other values of K would do: the plane stays, and everything on it is turned about its origin."""
     first, middle, third = plane.values
     rows = {"left out": 0.0, "with the other sign": -third, "of the twin, with these I and J": third + 180}
-    by_value = {}
+    by_value: dict[float, list[str]] = {}
     for why, other in rows.items():
         if abs(wrap(other - third)) > SAME:
             by_value.setdefault(round(float(wrap(other)), 9), []).append(why)
     found = []
-    for other, why in by_value.items():
-        frame = Plane("G68.2", [first, middle, other], plane.origin).frame
+    for other, reasons in by_value.items():
+        frame = Plane("G68.2", np.array([first, middle, other]), plane.origin).frame
         turned = float(wrap(other - third))
-        found.append({"why": " or ".join(why), "K": other, "turned": turned, "point": frame.point([SEEN, 0, 0])})
+        found.append(
+            {"why": " or ".join(reasons), "K": other, "turned": turned, "point": frame.point([SEEN, 0, 0])}
+        )
     return found
 
 
-def _left(kinematics, plane, position):
+def _left(kinematics: Kinematics, plane: Plane, position: Position) -> dict[str, Any]:
     """What is left between the feature and the machine at a position, and where the work offset goes."""
     angles = position.joints[3:]
     alignment = positioning.align(plane.frame, kinematics)
@@ -144,7 +153,7 @@ def _left(kinematics, plane, position):
     }
 
 
-def _plane_lines(plane, answer):
+def _plane_lines(plane: Plane, answer: dict[str, Any]) -> list[str]:
     lines = [f"origin {named('XYZ', plane.origin)} mm"]
     lines += [f"{name.upper()} {' '.join(f'{x:z.6f}' for x in answer[name])}" for name in "xyz"]
     lines.append("")
@@ -167,7 +176,9 @@ def _plane_lines(plane, answer):
     return lines if answer["wrong"] else lines[:-2]
 
 
-def _machine_lines(kinematics, plane, found, left):
+def _machine_lines(
+    kinematics: Kinematics, plane: Plane, found: Sequence[Position], left: Sequence[dict[str, Any]]
+) -> list[str]:
     """Positions, what the third angle leaves there, and the work offset."""
     model = kinematics.machine
     lines = [f"{model.name} ({model.arrangement})", *position_rows(kinematics, found), ""]
@@ -178,7 +189,8 @@ def _machine_lines(kinematics, plane, found, left):
             said = f"the spindle's X is {turned}° from the plane's X, with K {right} along it"
         beside = [f"{pair[0]} along the plane's {pair[1]}" for pair in row["parallel"] if pair[1] != "Z"]
         lines.append(
-            f"{n}: K {plain(plane['K'])}: {said}; " + (", ".join(beside) or "no slide is parallel to its X or Y")
+            f"{n}: K {plain(float(plane['K']))}: {said}; "
+            + (", ".join(beside) or "no slide is parallel to its X or Y")
         )
     if "table" in model.arrangement:
         lines.append("Work offset at the plane's origin when the table has turned there, machine coordinates, mm:")

@@ -3,6 +3,7 @@
 import argparse
 import json
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +44,9 @@ def run(options: argparse.Namespace) -> int:
     return int(all(position.reasons for position in found))
 
 
-def _text(kinematics, found, present, taken):
+def _text(
+    kinematics: Kinematics, found: Sequence[pose.Position], present: Sequence[float], taken: dict[str, pose.Taken]
+) -> str:
     """A table of the positions, and one of what the controls take."""
     model, first = kinematics.machine, found[0]
     tip, axis = named("XYZ", first.tip), named("ijk", first.axis, 6)
@@ -52,7 +55,7 @@ def _text(kinematics, found, present, taken):
     return "\n".join([*lines, "", *control_lines(kinematics, found, present, taken)] if taken else lines)
 
 
-def position_rows(kinematics: Kinematics, found: list[pose.Position]) -> list[str]:
+def position_rows(kinematics: Kinematics, found: Sequence[pose.Position]) -> list[str]:
     """Lines of a table of positions."""
     rows = [("", *kinematics.machine.joint_names, "")]
     for n, position in enumerate(found, 1):
@@ -62,7 +65,7 @@ def position_rows(kinematics: Kinematics, found: list[pose.Position]) -> list[st
 
 
 def control_lines(
-    kinematics: Kinematics, found: list[pose.Position], present: Sequence[float], taken: dict[str, pose.Taken]
+    kinematics: Kinematics, found: Sequence[pose.Position], present: Sequence[float], taken: dict[str, pose.Taken]
 ) -> list[str]:
     """Lines that say which of the positions each control takes."""
     names, rows = kinematics.machine.joint_names[3:], []
@@ -76,7 +79,9 @@ def control_lines(
     return [f"From {named(names, present)} the control takes", *columns(rows)]
 
 
-def _json(kinematics, found, present, taken):
+def _json(
+    kinematics: Kinematics, found: Sequence[pose.Position], present: Sequence[float], taken: dict[str, pose.Taken]
+) -> str:
     names = kinematics.machine.joint_names
     positions = [
         {
@@ -88,7 +93,7 @@ def _json(kinematics, found, present, taken):
         }
         for position in found
     ]
-    content = {"machine": kinematics.machine.name, "positions": positions}
+    content: dict[str, Any] = {"machine": kinematics.machine.name, "positions": positions}
     if taken:
         standing = dict(zip(names[3:], map(float, present), strict=True))
         content |= {"from": standing, "controls": pose.as_data(kinematics, taken)}

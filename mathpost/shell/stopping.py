@@ -39,5 +39,5 @@ def take(handler: Callable[..., None] | signal.Handlers) -> None:
             signal.signal(number, handler)
 
 
-def _silent(*_):
+def _silent(*_: object) -> None:
     """An interruption in a place that cannot raise, such as a finalizer, is no news."""

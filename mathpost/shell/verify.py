@@ -1,12 +1,16 @@
 """A program of any post: what it does on the machine, and whether it follows the CL data."""
 
+from __future__ import annotations
+
 import argparse
 import csv
 import html
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mathpost import machine
 from mathpost.controls import control
@@ -20,6 +24,10 @@ from mathpost.post.singular import AXIS_TOLERANCE
 from mathpost.post.verify import Verified, verify
 from mathpost.shell.options import FILE, degrees, vector
 from mathpost.toml_table import TomlTable, a_number, only_if, read_toml
+
+if TYPE_CHECKING:
+    from mathpost.machine import Machine
+    from mathpost.path.cl import CLData
 
 MOST_SHOWN = 4000  # blocks of a page: with more of them every second, third … one is left out
 
@@ -83,7 +91,7 @@ def page(found: Verified, kin: Kinematics) -> str:
     return view.page(found.name, before=said, after=f"<pre>{html.escape(str(found))}</pre>", still=True)
 
 
-def _origins(texts):
+def _origins(texts: Iterable[str]) -> tuple[tuple[float, ...] | None, dict[str, tuple[float, ...]]]:
     """The origin that stands without a name, and those of work offsets by their words."""
     origin, offsets = None, {}
     for text in texts:
@@ -99,7 +107,7 @@ def _origins(texts):
     return origin, offsets
 
 
-def _start(text, setup):
+def _start(text: str, setup: Machine) -> dict[str, float]:
     """Where axes stand, by name."""
     found = {}
     for word in filter(None, text.upper().replace("=", "").split(",")):
@@ -110,7 +118,7 @@ def _start(text, setup):
     return found
 
 
-def _of_cl(path):
+def _of_cl(path: CLData | None) -> dict[str, float]:
     """The lengths that the CL data state, by the number of the tool."""
     tools = cl.commands(path.remarks, "tool") if path is not None else []
     return {str(tool.values[0]): tool.values[1] for _, tool in tools if tool.values[1] is not None}
@@ -133,7 +141,7 @@ def _lengths(path: Path) -> dict[str, float]:
     return found
 
 
-def _is_number(text):
+def _is_number(text: str) -> bool:
     try:
         return math.isfinite(float(text))
     except ValueError:

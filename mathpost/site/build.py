@@ -8,6 +8,7 @@ from functools import cached_property
 from html import unescape
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from pygments.formatters import HtmlFormatter
@@ -54,7 +55,7 @@ class Page:
 class Site:
     """Everything that the pages are made of, read once."""
 
-    def __init__(self, folder: Path, output: Path):
+    def __init__(self, folder: Path, output: Path) -> None:
         paths = sorted(folder.glob("*.ipynb"))
         if not paths:
             raise InputError(f"{folder}", "a folder of notebooks", "none")
@@ -81,7 +82,7 @@ class Site:
         """The commands, with their examples run."""
         return commands.read(self.folder)
 
-    def filled(self, template: str, **values) -> str:
+    def filled(self, template: str, **values: Any) -> str:
         """Return a template filled in."""
         return self.jinja.get_template(f"{template}.html.j2").render(site=self, **values)
 
@@ -142,7 +143,7 @@ def anchored(body: str) -> str:
     """Return HTML whose headings have an id, made of their words."""
     taken: set[str] = set()
 
-    def named(match):
+    def named(match: re.Match[str]) -> str:
         level, heading = match.groups()
         words = re.sub(r"\W+", "-", unescape(TAG.sub("", heading)).lower()).strip("-") or "part"
         anchor = next(a for n in range(len(taken) + 1) if (a := f"{words}-{n}" if n else words) not in taken)

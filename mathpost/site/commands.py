@@ -1,5 +1,8 @@
 """The commands, from the shell's own parsers, and their worked examples, run while the site is made."""
 
+from __future__ import annotations
+
+import argparse
 import contextlib
 import io
 import shlex
@@ -67,13 +70,13 @@ def read(lessons: Path) -> list[Command]:
     ]
 
 
-def _has_its_lessons(run):
+def _has_its_lessons(run: str) -> bool:
     """Whether the lessons that an example takes are in the folder: it may be one of somebody's own."""
     taken = shlex.split(run.partition(" -o ")[0])
     return all(Path(word).exists() for word in taken if word.startswith(("notebooks", "handed_out")))
 
 
-def _run(says, run, shows=""):
+def _run(says: str, run: str, shows: str = "") -> Example:
     """Run an example here."""
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
@@ -82,14 +85,14 @@ def _run(says, run, shows=""):
     return Example(says, run, _first(printed.getvalue()), status, shows, written)
 
 
-def _first(text):
+def _first(text: str) -> str:
     """The first lines of a text."""
     lines = text.splitlines()
     left = len(lines) - LINES
     return "\n".join(lines if left < 2 else [*lines[:LINES], f"… and {left} lines more"])
 
 
-def _options(name):
+def _options(name: str) -> list[Option]:
     """The options of a command, or of its second word."""
     actions = option_actions(name)
     for action in actions:
@@ -99,7 +102,7 @@ def _options(name):
     return [_option(action) for action in actions]
 
 
-def _option(action):
+def _option(action: argparse.Action) -> Option:
     """What the help says of an argument."""
     values = action.metavar or ("" if action.choices or action.nargs == 0 else action.dest.upper())
     values = " ".join(values) if isinstance(values, tuple) else values

@@ -6,13 +6,16 @@ Links lead to the published lessons, formulas become MathML, solutions are left 
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import nbformat
 from jinja2 import pass_context
+from jinja2.runtime import Context
 from latex2mathml.converter import convert
 from nbconvert import HTMLExporter
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbconvert.preprocessors import Preprocessor, TagRemovePreprocessor
+from nbformat import NotebookNode
 from traitlets.config import Config
 
 from mathpost.errors import InputError
@@ -50,12 +53,14 @@ class Lesson:
 class Offline(Preprocessor):
     """Turn links between notebooks into links between pages, formulas of outputs into MathML; number the views."""
 
-    def preprocess(self, nb, resources):
+    def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
         """Change all cells."""
         self.views = 0
         return super().preprocess(nb, resources)
 
-    def preprocess_cell(self, cell, resources, index):
+    def preprocess_cell(
+        self, cell: NotebookNode, resources: dict[str, Any], index: int
+    ) -> tuple[NotebookNode, dict[str, Any]]:
         """Change one cell."""
         if cell.cell_type == "markdown":
             cell.source = relinked(cell.source)
@@ -73,7 +78,7 @@ class Offline(Preprocessor):
         cell.outputs = [output for output in cell.get("outputs", []) if output.get("text", "shown").strip()]
         return cell, resources
 
-    def _titled(self, _):
+    def _titled(self, _: re.Match[str]) -> str:
         self.views += 1
         return f'<iframe title="Moving view {self.views}"'
 
@@ -99,11 +104,11 @@ def described(output: dict) -> str:
 class Formulas(IPythonRenderer):
     """Markdown whose formulas become MathML."""
 
-    def inline_math(self, body):
+    def inline_math(self, body: str) -> str:
         """Return a formula within a line."""
         return formula(body)
 
-    def block_math(self, body):
+    def block_math(self, body: str) -> str:
         """Return a formula of its own."""
         return formula(body, block=True)
 
@@ -115,7 +120,7 @@ def markdown(text: str, attachments: dict | None = None) -> str:
 
 
 @pass_context
-def _cell(context, text):
+def _cell(context: Context, text: str) -> str:
     """The filter of nbconvert's templates."""
     return markdown(text, context.get("cell", {}).get("attachments"))
 

@@ -5,7 +5,9 @@ import importlib.util
 import re
 from collections.abc import Iterable
 from importlib import import_module
+from importlib.machinery import ModuleSpec
 from pathlib import Path
+from types import ModuleType
 
 import pdoc.doc
 import pdoc.render
@@ -21,7 +23,7 @@ def modules(cells: Iterable[str]) -> list[str]:
     return sorted({"mathpost"} | offered | set().union(*map(_imported, cells)))
 
 
-def _imported(source):
+def _imported(source: str) -> set[str]:
     """The modules of the package that a cell imports; a cell that is no Python as it stands imports none."""
     try:
         tree = ast.parse(source)
@@ -29,12 +31,22 @@ def _imported(source):
         return set()
     found = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "mathpost":
-            is_room = importlib.util.find_spec(node.module).submodule_search_locations
+        if not isinstance(node, ast.ImportFrom) or (node.module or "").split(".")[0] != "mathpost":
+            continue
+        module = str(node.module)
+        if spec := _spec(module):
             for alias in node.names:
-                inner = f"{node.module}.{alias.name}"
-                found.add(inner if is_room and importlib.util.find_spec(inner) else node.module)
+                inner = f"{module}.{alias.name}"
+                found.add(inner if spec.submodule_search_locations and _spec(inner) else module)
     return found
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    """Where a module is, if there is one: a cell may name one that is not."""
+    try:
+        return importlib.util.find_spec(name)
+    except ModuleNotFoundError:  # of the room
+        return None
 
 
 def pages(names: Iterable[str]) -> dict[str, tuple[str, str]]:
@@ -53,7 +65,7 @@ def pages(names: Iterable[str]) -> dict[str, tuple[str, str]]:
     }
 
 
-def _loaded(name):
+def _loaded(name: str) -> ModuleType:
     """A module, with what it loads only when it is asked for in its place: pdoc looks there."""
     module = import_module(name)
     for offered in getattr(module, "__all__", ()):

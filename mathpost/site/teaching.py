@@ -26,12 +26,12 @@ def mixups(lessons: Iterable[Lesson]) -> str:
     return "\n".join(made)
 
 
-def _link(pages, number):
+def _link(pages: dict[str, Lesson], number: str) -> str:
     """A link to a lesson, if there is one with this number."""
     return f'<a href="lessons/{pages[number].name}.html">{number}</a>' if number in pages else number
 
 
-def _table(heads, rows):
+def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     head = "".join(f'<th scope="col">{head}</th>' for head in heads)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

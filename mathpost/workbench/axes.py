@@ -1,6 +1,9 @@
 """Travel, rates and accelerations of a machine's axes as numbers to change, and the machine file with them."""
 
+from __future__ import annotations
+
 import tomllib
+from typing import Any
 
 import ipywidgets as widgets
 import tomlkit
@@ -9,6 +12,7 @@ from mathpost.errors import InputError, MathpostError
 from mathpost.machine import LETTERS, from_dict
 
 COLUMNS = ("from", "to", "rate", "acceleration")
+Row = dict[str, float | None]  # from column to number; None is not stated
 CELL = widgets.Layout(width="255px")
 LABEL = {"description_width": "155px"}
 WEIGHTS = (
@@ -20,10 +24,12 @@ WEIGHTS = (
 class Axes(widgets.VBox):
     """A row of numbers for each axis of a machine file, in the file's own units; an empty one is not stated."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
-        self.name, self.content = "", ""
-        self.stated, self.cells = {}, {}
+        self.name = ""
+        self.content: str | None = ""
+        self.stated: dict[str, Row] = {}
+        self.cells: dict[str, dict[str, widgets.Text]] = {}
         self.add_class("mathpost-axes")
 
     def show(self, name: str, content: str | None) -> None:
@@ -62,7 +68,7 @@ class Axes(widgets.VBox):
         return tomlkit.dumps(content)
 
 
-def _stated(text, name):
+def _stated(text: str, name: str) -> dict[str, Row]:
     """Axis → column → number of a machine file, None where it states none."""
     try:
         content = tomllib.loads(text)
@@ -73,17 +79,17 @@ def _stated(text, name):
     linear = content.get("linear", {})
     for entry in [{"name": name, **linear.get(name, {})} for name in LETTERS] + content["rotary"]:
         low, high = entry.get("limits", (None, None))
-        numbers = (low, high, entry.get("max_rate"), entry.get("max_acceleration"))
-        numbers = (None if each is None else float(each) for each in numbers)
+        values = (low, high, entry.get("max_rate"), entry.get("max_acceleration"))
+        numbers = (None if each is None else float(each) for each in values)
         found[entry["name"]] = dict(zip(COLUMNS, numbers, strict=True))
     return found
 
 
-def _text(value):
+def _text(value: float | None) -> str:
     return "" if value is None else f"{value:.12g}"
 
 
-def _number(cell):
+def _number(cell: widgets.Text) -> float | None:
     text = cell.value.strip().replace(",", ".").replace("−", "-")
     try:
         return float(text) if text else None
@@ -91,7 +97,7 @@ def _number(cell):
         raise InputError(cell.description, "a number, or nothing", repr(cell.value)) from None
 
 
-def _table(content, name):
+def _table(content: tomlkit.TOMLDocument, name: str) -> dict[str, Any]:
     """The table of an axis in a machine file, made if it is not there."""
     if name in LETTERS:
         linear = content.setdefault("linear", tomlkit.table())
@@ -99,7 +105,7 @@ def _table(content, name):
     return next(entry for entry in content["rotary"] if entry["name"] == name)
 
 
-def _put(table, row, before):
+def _put(table: dict[str, Any], row: Row, before: Row) -> None:
     """Write the numbers of one axis that have changed; the comment of each stays."""
     values, was = _keys(row), _keys(before)
     for key, value in values.items():
@@ -115,7 +121,7 @@ def _put(table, row, before):
             table[key] = item
 
 
-def _keys(row):
+def _keys(row: Row) -> dict[str, Any]:
     """The numbers of one axis as a machine file has them; None is not stated."""
     ends = [row["from"], row["to"]]
     return {

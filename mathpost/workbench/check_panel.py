@@ -4,7 +4,7 @@ import argparse
 import io
 import zipfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from html import escape
 from pathlib import Path
@@ -16,8 +16,8 @@ from mathpost.workbench.panel import Panel, download
 from mathpost.workbench.run import Made
 from mathpost.workbench.sheet_page import sheet_page
 from mathpost.workbook import check_file, check_folder, mark
-from mathpost.workbook.folder import HEADS, MARKED_LIMIT, Summary, row_of
-from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR
+from mathpost.workbook.folder import HEADS, MARKED_LIMIT, Row, Summary, row_of
+from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, FileReport
 from mathpost.workbook.sheet.file import read
 
 FIRST = ("path", "sequence", "convention", "machine", "language")
@@ -37,7 +37,7 @@ def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) ->
     say("checking", row=_line(HEADS[options.language], "mathpost-head"))
     count = iter(range(1, MOST_LINES + 1))
 
-    def judged(row, report):
+    def judged(row: Row, report: FileReport | None) -> None:
         if next(count, 0):
             copy = marked / row[0]
             say(row=_row(row, report, place / row[0] if many else place, copy, opened=not many))
@@ -70,13 +70,13 @@ def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) ->
     return Made(str(report).splitlines()[0], pages, files, summary.status == 0)
 
 
-def _line(texts, kind="", colour="white", inside=""):
+def _line(texts: Iterable[str], kind: str = "", colour: str = "white", inside: str = "") -> str:
     cells = "".join(f"<span>{escape(text)}</span>" for text in texts)
     summary = f'<summary style="background:{colour}">{cells}</summary>'
     return f'<details class="mathpost-row {kind}">{summary}{inside}</details>'
 
 
-def _row(row, report, path, copy, *, opened):
+def _row(row: Row, report: FileReport | None, path: Path, copy: Path, *, opened: bool) -> str:
     """The line of a workbook; inside, what is wrong and why, the sheet, and the marked copy."""
     colour = STATUS_COLOUR.get(row[1], STATUS_COLOUR[UNCLEAR])
     inside = f"<p>{escape(row[5])}</p>"
@@ -90,7 +90,7 @@ def _row(row, report, path, copy, *, opened):
     return line.replace("<details ", "<details open ", 1) if opened else line
 
 
-def _zipped(folder, paths):
+def _zipped(folder: Path, paths: Iterable[Path]) -> bytes:
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in paths:

@@ -39,7 +39,7 @@ class Drop(anywidget.AnyWidget):
     held: List = List().tag(sync=True)  # names and sizes of the files that are here
     changes = Int()  # how often they have changed, to be observed
 
-    def __init__(self, label: str, several: bool):
+    def __init__(self, label: str, several: bool) -> None:
         super().__init__(label=label, several=several)
         self.files: dict[str, bytes] = {}
         self.coming: dict[str, tuple[int, bytearray]] = {}  # size, and what has arrived
@@ -110,7 +110,7 @@ class Drop(anywidget.AnyWidget):
             raise InputError(name, "a file that has arrived (wait, or drop it again)", found)
         return self.files
 
-    def _show(self):
+    def _show(self) -> None:
         self.files = dict(sorted(self.files.items()))
         self.held = [[name, len(content)] for name, content in self.files.items()]
         self.changes += 1

@@ -39,7 +39,7 @@ STYLE = {"description_width": LABEL}
 class Option:
     """A control for one option: `box` is shown, `words` are what would stand on the command line."""
 
-    def __init__(self, action: argparse.Action, value: Any = None):
+    def __init__(self, action: argparse.Action, value: Any = None) -> None:
         self.action = action
         self.name = max(action.option_strings, key=len, default="")
         self.positional = not action.option_strings
@@ -49,7 +49,7 @@ class Option:
         self.field = self._made(label, action.default if value is None else value)
         self.box = widgets.HBox([self.field, widgets.HTML(f"<span class=mathpost-help>{said}</span>")])
 
-    def _made(self, label, value):
+    def _made(self, label: str, value: Any) -> widgets.Widget:
         how = {"description": label, "style": STYLE, "layout": widgets.Layout(width=FIELD, flex="0 0 auto")}
         if self.action.const is True:
             return widgets.Checkbox(value=bool(value), indent=True, **how)
@@ -64,7 +64,7 @@ class Option:
         shape = " ".join(shape) if isinstance(shape, tuple) else (shape or "") * (shape not in UNITS)
         return widgets.Text(value=text, placeholder=shape + f"; {shape}; …" * self._is_repeated(), **how)
 
-    def _is_repeated(self):
+    def _is_repeated(self) -> bool:
         return isinstance(self.action, argparse._AppendAction)
 
     def words(self, folder: Path) -> list[str]:
@@ -89,7 +89,7 @@ class FileOption(Option):
     A value that is a dictionary, name → text, stands for files that are there already: those that a lesson draws.
     """
 
-    def __init__(self, action: argparse.Action, value: Any = None):
+    def __init__(self, action: argparse.Action, value: Any = None) -> None:
         several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
         drawn = value if isinstance(value, dict) else {}
         super().__init__(action, None if drawn else value)
@@ -100,7 +100,7 @@ class FileOption(Option):
         self.drop.observe(self._name, "changes")
         self.box.children = (self.field, self.drop, *self.box.children[1:])
 
-    def _made(self, label, value):
+    def _made(self, label: str, value: Any) -> widgets.Widget:
         pattern = SHIPPED.get(self.action.dest)
         self.shipped = {file.name: file for file in _shipped(pattern)} if pattern else {}
         if self.action.metavar in NAMED:
@@ -111,15 +111,15 @@ class FileOption(Option):
             style=STYLE, layout=widgets.Layout(width=FIELD, flex="0 0 auto"),
         )  # fmt: skip
 
-    def _name(self, _change=None):
+    def _name(self, _change: Any = None) -> None:
         """What is held is what the field names, until something else is typed there."""
         self.field.value = self._named()
 
-    def _named(self):
+    def _named(self) -> str:
         names = list(self.drop.files)
         return names[0] if len(names) == 1 else f"{len(names)} files" * bool(names)
 
-    def _is_held(self):
+    def _is_held(self) -> bool:
         return bool(self.drop.files) and self.field.value.strip() == self._named()
 
     def words(self, folder: Path) -> list[str]:
@@ -154,14 +154,14 @@ class FileOption(Option):
         return None
 
 
-def _written(path, content):
+def _written(path: Path, content: bytes) -> Path:
     with suppress(OSError):  # which the next line says
         path.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(path, content)
     return path
 
 
-def _shipped(pattern):
+def _shipped(pattern: str) -> list[Path]:
     folder, _, names = pattern.partition("/")
     return sorted(data(folder).glob(names))
 

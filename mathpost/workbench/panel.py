@@ -31,7 +31,9 @@ WIDE = widgets.Layout(width="100%")
 class Shown(widgets.VBox):
     """Controls and the line that says what comes of them; where there is no Python, one sentence."""
 
-    def __init__(self, command: str, controls: Sequence[widgets.Widget], below: Sequence[widgets.Widget] = ()):
+    def __init__(
+        self, command: str, controls: Sequence[widgets.Widget], below: Sequence[widgets.Widget] = ()
+    ) -> None:
         self.command, self.said = command, widgets.HTML()
         style = widgets.HTML(f"<style>{read_text(STYLE)}</style>")
         super().__init__([style, *controls, self.said, *below], layout=WIDE)
@@ -41,10 +43,10 @@ class Shown(widgets.VBox):
         """Say one line: a result, or an error."""
         self.said.value = f'<div class="mathpost-said {kind}" role="status">{escape(text)}</div>'
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"{self.command}: {SENTENCE}"
 
-    def _ipython_display_(self, **_kwargs):
+    def _ipython_display_(self, **_kwargs: Any) -> None:
         """Show a sentence for those who have no Python, and where there is one the panel in its place."""
         sentence = f'<style>{WITHOUT_PYTHON}</style><div class="mathpost-sentence">{SENTENCE}</div>'
         display({"text/plain": repr(self), "text/html": sentence}, raw=True)
@@ -69,7 +71,7 @@ class Panel(Shown):
         What options begin with.
     """
 
-    def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any]):
+    def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any]) -> None:
         self.work = work
         self.options = options(command, dict(values))
         self.run = widgets.Button(description="Run", button_style="primary", tooltip="with the values above")
@@ -106,18 +108,19 @@ class Panel(Shown):
         """Run the command; `wait` for its end."""
         if self.thread is not None and self.thread.is_alive():
             return
-        self.running, self.files = Run(self.work), {}
+        self.running = run = Run(self.work)
+        self.files = {}
         self.said.value, self.stage.value, self.rows.children, self.found.children = "", "", (), (self.rows,)
         try:
-            words = self.words(self.running.folder)
+            words = self.words(run.folder)
         except MathpostError as error:
-            self.running.clear()
+            run.clear()
             self.tell(str(error), "wrong")
             return
         self.run.disabled, self.cancel.disabled, self.bar.value = True, False, 0
         self.begun = time.monotonic()
         self.now: tuple[str, float] = ("starting", self.begun)
-        self.thread = threading.Thread(target=self._follow, args=(words,), daemon=True)
+        self.thread = threading.Thread(target=self._follow, args=(run, words), daemon=True)
         self.thread.start()
 
     def wait(self) -> None:
@@ -125,8 +128,8 @@ class Panel(Shown):
         if self.thread is not None:
             self.thread.join()
 
-    def _follow(self, words):
-        made = self.running(words, self.told)
+    def _follow(self, run: Run, words: list[str]) -> None:
+        made = run(words, self.told)
         self.run.disabled, self.cancel.disabled = False, True
         if isinstance(made, Made):
             self.bar.value = 1
@@ -169,7 +172,7 @@ class Panel(Shown):
         button.on_click(lambda _: self._save(where.value, said))
         return widgets.HBox([widgets.HTML(" ".join(links)), where, button, said])
 
-    def _save(self, folder, said):
+    def _save(self, folder: str, said: widgets.HTML) -> None:
         try:
             if not (folder := folder.strip()) or not Path(folder).is_dir():
                 raise MathpostError(f"{folder or 'save to'}: expected a folder that is there, found none")

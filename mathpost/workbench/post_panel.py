@@ -44,7 +44,7 @@ SUFFIX = {"heidenhain": ".h", "siemens": ".mpf"}
 class PostPanel(Panel):
     """The panel of ``post``, with the axes of the machine as numbers that can be changed."""
 
-    def __init__(self, **values: Any):
+    def __init__(self, **values: Any) -> None:
         self.axes = Axes()
         super().__init__("post", work, FIRST, {"compare": True} | values)
         self.section("Travel, rates and accelerations of the axes", self.axes)
@@ -53,9 +53,10 @@ class PostPanel(Panel):
         machine.drop.observe(lambda _: self._show_axes(), "changes")
         self._show_axes()
 
-    def _show_axes(self):
-        content = self["machine"].content()
-        self.axes.show(self["machine"].field.value, content and content.decode("utf-8-sig", "replace"))
+    def _show_axes(self) -> None:
+        machine: Any = self["machine"]
+        content = machine.content()
+        self.axes.show(machine.field.value, content and content.decode("utf-8-sig", "replace"))
 
     def words(self, folder: Path) -> list[str]:
         """Return the command line; a machine whose numbers were changed is a file of its own."""
@@ -75,7 +76,7 @@ def panel(**values: Any) -> Panel:
 def work(options: argparse.Namespace, say: Callable[..., None], _folder: Path) -> Made:
     """Make the program as the shell does, and what is shown of it."""
 
-    def stage(name):
+    def stage(name: str) -> None:
         say(name, STAGES.index(name) + 0.5, len(STAGES))
 
     stage("reading")

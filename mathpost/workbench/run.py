@@ -1,5 +1,6 @@
 """One run of a command in a process of its own: it tells how far it is, can be stopped, and leaves nothing."""
 
+import argparse
 import io
 import multiprocessing
 import os
@@ -41,7 +42,7 @@ class Run:
     stopped.
     """
 
-    def __init__(self, work: Callable):
+    def __init__(self, work: Callable) -> None:
         self.work = work
         self.folder = Path(tempfile.mkdtemp(prefix="mathpost-"))
         self.process: Any = None
@@ -91,10 +92,10 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
     sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as it lives
     threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
 
-    def say(stage="", done=0, total=0, row=""):
+    def say(stage: str = "", done: int = 0, total: int = 0, row: str = "") -> None:
         connection.send(("told", (stage, done, total, named(row))))
 
-    def named(text):  # what was dropped is called by its name alone
+    def named(text: str) -> str:  # what was dropped is called by its name alone
         return re.sub(f"{re.escape(str(folder))}{re.escape(os.sep)}\\w+{re.escape(os.sep)}", "", text)
 
     try:
@@ -109,7 +110,7 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
     connection.send(("ended", ended))
 
 
-def parsed(words: list[str]):
+def parsed(words: list[str]) -> argparse.Namespace:
     """Return the options that the words name; what argparse refuses is a `MathpostError`, too."""
     said = io.StringIO()
     try:
@@ -119,8 +120,9 @@ def parsed(words: list[str]):
         raise MathpostError(said.getvalue().strip().rpartition("error: ")[2]) from None
 
 
-def _end_with_parent(folder):
+def _end_with_parent(folder: Path) -> None:
     """A kernel that was killed leaves nothing behind, either."""
-    multiprocessing.parent_process().join()
+    if kernel := multiprocessing.parent_process():
+        kernel.join()
     shutil.rmtree(folder, ignore_errors=True)
     os._exit(1)

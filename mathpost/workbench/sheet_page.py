@@ -5,7 +5,7 @@ from html import escape
 from openpyxl.utils import get_column_letter
 
 from mathpost.workbook.report import STATUS_COLOUR, FileReport
-from mathpost.workbook.sheet.file import Book
+from mathpost.workbook.sheet.file import Book, Cell
 
 MOST_ROWS, MOST_COLUMNS = 60, 26  # shown of a sheet, about what was judged
 
@@ -34,14 +34,14 @@ def sheet_page(report: FileReport, book: Book) -> str:
     return f'<div class="mathpost-sheet-frame"><table class="mathpost-sheet">{"".join(lines)}</table></div>'
 
 
-def _near(place, used, most):
+def _near(place: int, used: set[int], most: int) -> range:
     """The rows or columns from the first used one to the last, at most so many about a place."""
     low, high = min(used | {place}), max(used | {place})
     low = max(low, min(place - most // 2, high - most + 1))
     return range(low, min(high, low + most - 1) + 1)
 
 
-def _text(cell):
+def _text(cell: Cell | None) -> str:
     if cell is None:
         return ""
     if cell.number is not None:

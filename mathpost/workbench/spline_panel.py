@@ -28,7 +28,7 @@ class SplinePanel(Shown):
         As in `mathpost.sources.yu_dan.smooth`.
     """
 
-    def __init__(self, kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int]):
+    def __init__(self, kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int]) -> None:
         self.kin, self.cl, self.joints, self.region = kin, cl, joints, region
         self.n = widgets.IntSlider(5, 1, MOST, description="points n", **HOW)
         self.dt = [_number(f"Δt{index}, records", 0.2, 3) for index in "₁₂"]
@@ -66,10 +66,10 @@ class SplinePanel(Shown):
         self.tell(said, "right" if is_kept else "wrong")
 
 
-def _number(name, low, high):
+def _number(name: str, low: float, high: float) -> widgets.FloatSlider:
     return widgets.FloatSlider(1, min=low, max=high, step=0.05, description=name, **HOW)
 
 
-def _virtual_time(dt, slope):
+def _virtual_time(dt: widgets.FloatSlider, slope: widgets.FloatSlider) -> float:
     """Equation (7) divides by Δt: a slope that is taken f times is that of Δt / f, a level one that of no end."""
     return dt.value / slope.value if slope.value else np.inf

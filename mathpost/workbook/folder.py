@@ -45,6 +45,9 @@ wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset
 CHINESE = dict(pair.replace("_", " ").split("=") for pair in IN_CHINESE.split())
 
 
+Row = tuple[str, ...]  # what a `Summary` says of a file
+
+
 @dataclass(frozen=True)
 class Summary:
     """The result of `check_folder`.
@@ -53,7 +56,7 @@ class Summary:
     ``"45 of 63"``; the first wrong cell; its cause; a sentence. `language` is ``"en"`` or ``"zh"``.
     """
 
-    rows: tuple
+    rows: tuple[Row, ...]
     language: str = "en"
 
     @property

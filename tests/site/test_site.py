@@ -8,7 +8,7 @@ import nbformat
 import pytest
 
 from mathpost.shell.main import COMMANDS, main
-from mathpost.site import build, commands, course_map, search
+from mathpost.site import build, commands, course_map, reference, search
 from tests.conftest import DATA, ROOT
 from tests.site.reader import Reader
 from tests.test_browser import lives
@@ -160,6 +160,15 @@ def test_the_reference_has_what_the_package_offers(site):
     page = (site / "reference/mathpost.html").read_text(encoding="utf-8")
     assert all(f'<section id="{name}">' in page for name in mathpost.__all__)
     assert "Returns" in (site / "reference/mathpost/kinematics.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "line", ["from mathpost.nowhere import x", "from mathpost.no.where import x", "from . import x"]
+)
+def test_a_lesson_that_names_a_module_which_is_not_there_has_no_reference_of_it(line):
+    assert reference.modules([line, "from mathpost.plane import pose"]) == reference.modules(
+        ["from mathpost.plane import pose"]
+    )
 
 
 def test_a_folder_without_notebooks_is_refused(tmp_path, capsys):
