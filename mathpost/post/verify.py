@@ -16,6 +16,7 @@ from mathpost.path.cl import CLData, from_arrays
 from mathpost.post.along import Along, Moves, along, kinematics_of
 from mathpost.post.explained import Case, explain
 from mathpost.post.options import TOLERANCE
+from mathpost.post.pace import SAME_FEED, Pace, pace
 from mathpost.post.proof import joints_of
 from mathpost.post.singular import AXIS_TOLERANCE, CONE, from_pole
 from mathpost.post.time_law import asked_by, time_law
@@ -44,12 +45,14 @@ class Verified:
     seconds: float  # by the time law; 0 if neither feeds nor rates are known
     records: int  # of the CL data, 0 without
     along: Along | None  # with CL data
+    pace: Pace | None  # as far as it is along them
     explained: tuple[str, ...]  # sentences
 
     @property
     def status(self) -> int:
-        """0 agrees, 1 a block is off or out of travel."""
-        return int(bool(self.outside) or (self.along is not None and self.along.off is not None))
+        """0 agrees, 1 a block is off, out of travel, or in rapid traverse where the CL data cut."""
+        off = self.along is not None and self.along.off is not None
+        return int(bool(self.outside) or off or (self.pace is not None and bool(self.pace.rapid)))
 
     def line(self, block: int) -> int:
         """The line of the program's text that a block stands on."""
@@ -83,6 +86,12 @@ class Verified:
             "pole": [{"from": self.line(a), "to": self.line(b), "degrees": least} for a, b, least in self.pole],
             "seconds": self.seconds,
             "skipped": self.program.skipped,
+            "rapid": [{"line": self.line(b), "record": r + 1} for b, r in (self.pace.rapid if self.pace else ())],
+            "slow": [{"line": self.line(b), "record": r + 1} for b, r in (self.pace.slow if self.pace else ())],
+            "feeds": [
+                {"line": self.line(b), "record": r + 1, "programmed": found, "stated": stated}
+                for b, r, found, stated in (self.pace.feeds if self.pace else ())
+            ],
             "off": None if off is None else vars(off) | {"line": self.line(off.block)},
             "explained": list(self.explained),
         }
@@ -120,7 +129,7 @@ class Verified:
         found, off = self.along, self.along.off
         most = f"tip {found.tip:.4f} mm, tool axis {np.degrees(found.axis):.4f}° off at most"
         if off is None:
-            return [("CL data", f"agrees with all {self.records} records: {most}")]
+            return [("CL data", f"agrees with all {self.records} records: {most}"), *self._paces()]
         record = min(int(off.record) + 1, self.records)
         where = {"position": f"line {self.line(off.block)}", "end": f"the end, line {self.line(off.block)},"}
         what = where.get(off.what, f"the way to line {self.line(off.block)}")
@@ -128,7 +137,24 @@ class Verified:
         because = [("explained", sentence) for sentence in self.explained] or [
             ("explained", "by nothing that was tried")
         ]
-        return [("CL data", said), *because]
+        return [("CL data", said), *because, *self._paces()]
+
+    def _paces(self) -> list[tuple[str, str]]:
+        """What is faster or slower than the CL data have it."""
+        found = self.pace
+        if found is None:
+            return []
+        rapid = [f"line {self.line(b)}, where the CL data cut to record {r + 1}" for b, r in found.rapid]
+        slow = [f"line {self.line(b)}, where they are in rapid traverse to record {r + 1}" for b, r in found.slow]
+        feeds = [
+            f"line {self.line(b)}: {programmed:.4g} mm/min to record {r + 1}, the CL data have {stated:.4g}"
+            for b, r, programmed, stated in found.feeds
+        ]
+        until = "" if self.along is None or self.along.off is None else ", up to there"
+        rows = self._several("rapid", rapid, f"nowhere where the CL data cut{until}")
+        rows += self._several("at a feed", slow, "") if slow else []
+        same = f"those of the CL data within {SAME_FEED:.0%}, on {found.compared} moves{until}"
+        return rows + self._several("feeds", feeds, same if found.compared else "not compared")
 
 
 def verify(
@@ -148,9 +174,13 @@ def verify(
     joints, tips, axes, kin = _simulated(program)
     names = machine.joint_names
     compared = None
+    paces = None
     explained: tuple[str, ...] = ()
     if cl is not None:
         compared = _compared(program, (joints, tips, axes, kin), cl, control, tolerance, axis_tolerance)
+        right = len(joints) if compared.off is None else compared.off.block
+        moves = Moves(joints, kin, program.blocks.tcp, program.blocks.rapid)
+        paces = pace(moves, program.blocks, program.lines, tips, cl, compared.place[:right], tolerance)
         if compared.off is not None:
 
             def follows(other: str) -> bool:
@@ -168,7 +198,7 @@ def verify(
     return Verified(
         name, control.name, program, joints, tips, axes, names, _outside(program, joints, kin),
         _swings(joints, names), _near_pole(axes, kin), _seconds(program, control), 0 if cl is None else len(cl),
-        compared, explained,
+        compared, paces, explained,
     )  # fmt: skip
 
 

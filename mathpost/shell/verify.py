@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what the program does; 1 if a block is off its CL path or out of travel."""
+    """Print what the program does; 1 if a block is off its CL path, out of travel, or rapid in cut."""
     origin, offsets = _origins(options.origin)
     setup = machine.load(options.machine).with_setup(origin=origin, tool_length=options.tool_length)
     path = cl.read(options.cl) if options.cl else None

@@ -13,7 +13,7 @@ from mathpost.workbench.panel import Panel
 from mathpost.workbench.run import Made
 
 PAGE = "page.html"
-VERDICT = {"verify": ("travel", "CL data")}  # lines that say it, where that is not the first
+VERDICT = {"verify": ("travel", "CL data", "rapid")}  # lines that say it, where that is not the first
 
 
 def explain(**values: Any) -> Panel:

@@ -66,7 +66,7 @@ def test_planted_slips_are_found_and_named(number, of):
         made, text, name = slips.slip(np.random.default_rng(n), kind, slips.CONTROLS[n])
         judged = made.judged(text)
         assert judged.status == 1
-        assert re.search(name, judged.explained[0]), str(judged)
+        assert re.search(name, slips.names(judged)[0]), str(judged)
 
 
 def test_a_pivot_wrong_under_the_point_that_is_named():
