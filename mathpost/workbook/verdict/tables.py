@@ -10,6 +10,7 @@ import numpy as np
 
 from mathpost.workbook.meaning.nc_numbers import judge_numbers
 from mathpost.workbook.meaning.nc_table import Words, on_the_wrong_branch, point_named
+from mathpost.workbook.verdict.constants import Constants
 from mathpost.workbook.verdict.machine_causes import by_cause, or_else
 
 if TYPE_CHECKING:
@@ -33,6 +34,21 @@ class Tables:
         for table in (t for t in self.tables if t[0].point):
             texts = [*point_named(table, self.judge.now)]
             self.found.problems += [text + or_else(table, self.graph.own) for text in texts]
+        self.judge.prepare(self.rows)
+        self._vary_constants()
+
+    def _vary_constants(self):
+        """Vary the numbers of the machine that stand in the sheet, where no word tells that one is used wrongly."""
+        for _, table in groupby(self.rows, lambda row: row.table):
+            rows = [row for row in table if len(row.results) == 5]
+            if not rows or not all(self.judge.met(row.targets) for row in rows):
+                continue
+            constants = Constants(self.judge, rows)
+            constants.vary()
+            for place in constants.doubtful:
+                text = "is 0; if it were not, X Y Z would be right for no machine"
+                self.found.problems.append(f"{self.graph.address(place)} {text}")
+        self.judge.values = self.judge.run_with()
         self.judge.prepare(self.rows)
 
     def judge_all(self) -> None:
