@@ -119,6 +119,10 @@ class Machine:
     tool_change: tuple[str, ...] = ()
     # Where all axes may turn freely, X Y Z as in `limits_of`, None for one that may be anywhere; or not known.
     safe: tuple[float | None, float | None, float] | None = None
+    # Numbers of the control's work offsets, from 1: the one whose origin `origin` is, if that is stated, and others
+    # with theirs.
+    offset: int | None = None
+    offsets: tuple[tuple[int, tuple[float, float, float]], ...] = ()
 
     @property
     def every_joint(self) -> tuple[Linear | Rotary, ...]:
@@ -254,6 +258,8 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
         linear=tuple(_joint(linear.table(name, optional=True), Linear, name, "mm", "tool") for name in LETTERS),
         slide_order=tuple(slides),
         origin=workpiece.take("origin", *VECTOR),
+        offset=workpiece.take("offset", *OFFSET, None),
+        offsets=_offsets(workpiece.table("offsets", optional=True)),
         tool_axis=tool.take("axis", *DIRECTION),
         tool_length=tool.take("length", only_if(lambda x: x >= 0, a_number), "a length in mm, not negative", 0.0),
         programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
@@ -263,6 +269,10 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
     )
     for table in (file, workpiece, tool, linear, program):
         table.done()
+    if machine.offset in dict(machine.offsets):
+        raise InputError(
+            f"{where}, [workpiece], key 'offsets'", f"others than offset = {machine.offset}", f"{machine.offset}"
+        )
     _check_arrangement(machine, where)
     return machine
 
@@ -275,6 +285,16 @@ def _safe(linear: TomlTable) -> tuple[float | None, float | None, float] | None:
     ends = [table.take(axis, a_number, "mm", *default) for axis, *default in (("X", None), ("Y", None), ("Z",))]
     table.done()
     return tuple(ends)
+
+
+def _offsets(table: TomlTable) -> tuple[tuple[int, tuple[float, float, float]], ...]:
+    """Numbers of work offsets, the keys, and their origins."""
+    found = []
+    for key in list(table.content):
+        if not (key.isdecimal() and int(key) > 0):
+            raise InputError(f"{table.where}, key {key!r}", OFFSET[1], repr(key))
+        found.append((int(key), table.take(key, *VECTOR)))
+    return tuple(found)
 
 
 def _rotary(table: TomlTable) -> Rotary:
@@ -332,6 +352,7 @@ def _parallel(first: Sequence[float], second: Sequence[float]) -> bool:
 _address = only_if(lambda value: re.fullmatch("[ABCUVW][0-9]?", value))
 _limits = only_if(lambda ends: ends[0] < ends[1], numbers(2))
 VECTOR = numbers(3), "[x, y, z] in mm"
+OFFSET = only_if(lambda value: type(value) is int and value > 0), "the number of a work offset, whole and from 1"
 DIRECTION = only_if(lambda vector: np.linalg.norm(vector) > 1e-9, numbers(3)), "[x, y, z], not all zero"
 
 

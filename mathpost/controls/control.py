@@ -19,7 +19,16 @@ import numpy as np
 from mathpost.controls.coordinates import POSITIONING
 from mathpost.controls.geometry import Group, geometry_of
 from mathpost.controls.meanings import MEANINGS
-from mathpost.controls.phrases import Arcs, Cycles, Tilted, arcs_of, cycles_of, tilted_of
+from mathpost.controls.phrases import (
+    Arcs,
+    Cycles,
+    Tilted,
+    WorkOffsets,
+    arcs_of,
+    cycles_of,
+    tilted_of,
+    work_offsets_of,
+)
 from mathpost.errors import NUMBER, InputError
 from mathpost.files import data_file, read_text
 from mathpost.machine import Machine
@@ -88,7 +97,8 @@ class Control:
     whole_numbers: str  # what makes a number without a decimal point count as with one, or nothing if all do
     continued: str  # at the end of a line that goes on in the next, or nothing
     positioning: str  # which position the rotary axes take for a plane, one of `POSITIONING`, or nothing
-    arcs: Arcs | None  # words for arcs,
+    work_offsets: WorkOffsets  # words for them,
+    arcs: Arcs | None  # for arcs,
     cycles: Cycles | None  # for drilling cycles
     tilted: Tilted | None  # and for tilted planes
     geometry: tuple[Group, ...]  # where the geometry of a machine is entered
@@ -113,6 +123,22 @@ class Control:
         if command.kind == "coolant" and not lines:  # it stays off: a comment tells which
             return self.remark(command.statement)
         return lines
+
+    def work_offset_line(self, number: int) -> str:
+        """Return the line that selects a work offset; `InputError` if there is none of that number."""
+        line = self.work_offsets.line(number)
+        if line is None:
+            most = (
+                f"1 to {self.work_offsets.most}"
+                if self.work_offsets.most
+                else "none, its file has no words for them"
+            )
+            raise InputError(f"work offset of {self.name}", most, f"{number}")
+        return line
+
+    def work_offset_name(self, number: int) -> str:
+        """Return the name of a work offset, by which `mathpost.controls.coordinates.Setup` knows it."""
+        return re.sub(r"\s+", "", self.work_offset_line(number))
 
     def remark(self, text: str) -> list[str]:
         """Return a text as a comment, on as many lines as it needs."""
@@ -188,6 +214,7 @@ FIELDS = {
     "text": r"([^()\"]*)",
     "word": r"(\S*)",
     "title": r"([^=]*?(?=\sQ\d|$))",
+    "two": r"(\d\d)",
     "rest": "(.*)",
 }
 
@@ -317,6 +344,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         whole_numbers=blocks.take("whole_numbers", *WORD, ""),
         continued=blocks.take("continued", *WORD, ""),
         positioning=motion.take("positioning", *one_of(*POSITIONING), ""),
+        work_offsets=work_offsets_of(file),
         arcs=arcs_of(file),
         cycles=cycles_of(file),
         tilted=tilted_of(file, tuple(NOTATIONS)),

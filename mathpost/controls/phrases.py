@@ -52,6 +52,47 @@ class Tilted:
     off: tuple[str, ...]  # and those that end it
 
 
+@dataclass(frozen=True)
+class WorkOffsets:
+    """How a control is told a work offset, by its number, from 1."""
+
+    words: tuple[str, ...]  # of the first ones,
+    further: str  # and of those behind them, with {0} in it; or nothing
+    counted_from: int  # what {0} is in the first of these
+    most: int  # how many there are
+    anew: bool  # whether it has to be selected anew behind words that switch TCP on or off
+
+    def line(self, number: int) -> str | None:
+        """Return the line that selects an offset, None if there is no such one.
+
+        Examples
+        --------
+        >>> WorkOffsets(("G54", "G55"), "G54.1 P{0}", 1, 50, False).line(4)
+        'G54.1 P2'
+        """
+        if number <= len(self.words):
+            return self.words[number - 1]
+        if not self.further or number > self.most:
+            return None
+        return self.further.format(number - len(self.words) - 1 + self.counted_from)
+
+
+def work_offsets_of(file: TomlTable) -> WorkOffsets:
+    """Read the table [work_offsets]; without it there is none."""
+    table = file.table("work_offsets", optional=True)
+    words = tuple(table.take("words", *LINES, ()))
+    count = only_if(lambda value: type(value) is int and value > 0), "a whole number from 1"
+    made = WorkOffsets(
+        words=words,
+        further=table.take("further", only_if(lambda line: not line or "{0}" in line), "a line with {0} in it", ""),
+        counted_from=table.take("counted_from", *count, 1),
+        most=table.take("most", *count, len(words)),
+        anew=table.take("anew", only_if(lambda value: isinstance(value, bool)), "true or false", False),
+    )
+    table.done()
+    return made
+
+
 def arcs_of(file: TomlTable) -> Arcs | None:
     """Read the table [arcs], if there is one."""
     table = file.table("arcs", optional=True)

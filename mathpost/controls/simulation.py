@@ -16,6 +16,7 @@ from mathpost.machine import UNITS, Machine
 
 TEMPLATES = Path(__file__).parent / "linuxcnc"
 RATE, ACCELERATION = 100.0, 1000.0  # mm or degrees per s and s², assumed where the machine file states none
+LINUXCNC_OFFSETS = 9  # G54 … G59.3
 FAR = 1e6  # mm or degrees, for travel without an end
 
 
@@ -68,17 +69,25 @@ def texts(kin: Kinematics) -> dict[str, str]:
         "tables": _parameters(machine),
     }
     ini, hal = _filled("machine.ini", fields), _filled("machine.hal", fields)
-    offsets = [5220, *range(5221, 5227)]
-    values = [1, *zero.tolist(), 0, 0, 0]
     return {
         f"{module}.c": _filled("kinematics.c", fields),
         "machine.ini": ini + _joints(machine, rates),
         "machine.hal": hal
         + "".join(f"net joint{n} joint.{n}.motor-pos-cmd => joint.{n}.motor-pos-fb\n" for n in range(joints)),
         "machine.tbl": "T1 P1 Z0 ;the length is in the kinematics and in G54\n",
-        "machine.var": "".join(f"{number}\t{value:.6f}\n" for number, value in zip(offsets, values, strict=True)),
+        "machine.var": "".join(f"{number}\t{value:.6f}\n" for number, value in _work_offsets(machine).items()),
         "README.txt": _filled("README.txt", fields),
     }
+
+
+def _work_offsets(machine: Machine) -> dict[int, float]:
+    """The parameters of G54 to G59.3, six of every twenty from 5221 on, with G54 selected (5220)."""
+    values: dict[int, float] = {5220: 1}
+    for number, origin in sorted([(machine.offset or 1, machine.origin), *machine.offsets]):
+        if number <= LINUXCNC_OFFSETS:
+            slides = machine.with_setup(origin=origin).slides
+            values |= dict(enumerate([*slides.tolist(), 0, 0, 0], 5221 + 20 * (number - 1)))
+    return values
 
 
 def _filled(name: str, fields: dict[str, object]) -> str:

@@ -110,7 +110,8 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
     """Return what is `Said` between the moves."""
     rows = len(blocks.words)
     offset = edge = 1
-    tcp = False
+    tcp = unnamed = False  # whether the control keeps the tip, and whether X Y Z name the tip no more
+    selected = ""  # line of the work offset
     wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
     switched = np.flatnonzero(np.diff(wanted)) + 1
     changes = [0, *switched.tolist()]
@@ -144,16 +145,16 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
                 offset, edge, tcp = stated or tool, stated or 1, False
                 change = (line.replace("{tool}", str(tool)) for line in machine.tool_change)
                 lines += [line.replace("{offset}", str(offset)) for line in change]
-                if not machine.tool_change:
+                unnamed = not machine.tool_change
+                if unnamed:
                     lines += control.lines("tool", tool, edge=edge)
                     lines += control.lines("next tool", following[row]) if row in following else []
-                    named = machine.programmed_point == "tip" and not wanted[row]
-                    tip = control.lines("tip", offset) if named else []
-                    if any(isinstance(each, Command) and each.kind == "approach" for each in said[row]):
-                        # In the block of the approach, with X Y Z at the safe position.
-                        switches[row] = " ".join(tip)
-                    else:
-                        lines += tip
+                changes.append(row)
+            elif kind == "work offset":
+                lines += control.lines("TCP off") * tcp
+                selected = control.work_offset_line(*remark.values)
+                lines.append(selected)
+                unnamed, tcp = unnamed or tcp, False
                 changes.append(row)
             elif kind == "approach":
                 height, angles = remark.values
@@ -170,6 +171,7 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
                 planes += [row] if kind.startswith("plane") else []
             elif kind == "offset":
                 lines += control.lines("TCP off") * tcp
+                unnamed = unnamed or tcp
                 offset, edge, tcp = remark.values[0], remark.values[0], False
                 if wanted[row] or machine.programmed_point == "tip":
                     lines += control.said(remark)
@@ -179,7 +181,13 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
                 lines[first:] = [f"/{line}" for line in lines[first:]]
         if wanted[row] != tcp:
             tcp = bool(wanted[row])
+            unnamed = not tcp
             lines += control.lines("TCP on", offset) if tcp else control.lines("TCP off")
+            lines += [selected] * bool(selected and control.work_offsets.anew)
+        if unnamed and not tcp and row < rows and machine.programmed_point == "tip":
+            # In the block itself: X Y Z name the tip again.
+            tip = [*control.lines("tip", offset), *filter(None, [switches.get(row)])]
+            switches[row], unnamed = " ".join(tip), False
         restored, pole = around.get(row, ([], []))
         between[row] = [*restored, *lines, *pole]
     anew, turned = (sorted({row for row in found if row < rows}) for found in ([*changes, *drilled], changes))

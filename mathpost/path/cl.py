@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -79,12 +80,22 @@ class CLData:
             pieces=pieces,
         )
 
-    def by_tool(self) -> list[tuple[CLData, float | None]]:
-        """Return the parts of the path between changes of the tool, each with the tool's length or None."""
-        tools = [(record, tool.values[1]) for record, tool in commands(self.remarks, "tool") if record < len(self)]
-        lengths = dict([(0, None), *tools])
-        edges = [*lengths, len(self)]
-        return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
+    def by_setup(self) -> list[tuple[CLData, float | None, int | None]]:
+        """Return the parts of the path between changes of the tool or the work offset.
+
+        Each with the length of its tool, mm, and the number of its work offset, None where nothing says it.
+        """
+        changes: dict[int, dict[str, Any]] = {0: {}}
+        for kind, value in (("tool", 1), ("work offset", 0)):
+            for record, command in commands(self.remarks, kind):
+                if record < len(self):
+                    changes.setdefault(record, {})[kind] = command.values[value]
+        parts: list[tuple[CLData, float | None, int | None]] = []
+        held: dict[str, Any] = {"tool": None, "work offset": None}
+        for first, stop in pairwise([*sorted(changes), len(self)]):
+            held |= changes[first]
+            parts.append((self.part(first, stop), held["tool"], held["work offset"]))
+        return parts
 
     def at(self, place: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.

@@ -14,6 +14,10 @@ NX, ``MSYS/``
     Origin, X and Y of the machining coordinate system in the part; GOTO and tool axis are in it (ICAM, MSYS9:
     "convert the 9-parameter MSYS command matrix from Unigraphics format to a standard matrix format"). ``CSYS/``
     without TRNTYP as above.
+Autodesk's post for DMG MORI's MfgSuite, ``MCSYS/NUM``
+    The number of a work offset, and behind POINT, VECTOR, VECTOR the origin, X and Y of a plane in its coordinates;
+    GOTO and tool axis are in the plane (its source writes `workOffset`, `workOrigin` and `workPlane` of an
+    operation). Without a plane they are in the coordinates of the work offset.
 Creo, ``$$-> CSYS / …``
     "If the Machine and NC Sequence coordinate systems are different, then … all CL data will be transformed and
     output in the coordinates of the Machine coordinate system" (PTC, "Machine and NC Sequence Coordinate Systems"),
@@ -41,6 +45,7 @@ AS_WRITTEN = "GOTO as written: the CL data name no coordinate system"
 WORLD = "GOTO in world coordinates (SolidWorks, TRNTYP/WORLD)"
 ONE_CSYS = "GOTO in the coordinates of one CSYS (no TRNTYP)"
 MSYS = "GOTO in the coordinates of MSYS (NX), brought into the first"
+MCSYS = "GOTO in the coordinates of MCSYS, brought into those of its work offset"
 MACHINE = "GOTO in machine coordinates (Creo, MULTAX/ON)"
 THREE_AXES = "GOTO in machine coordinates (Creo, three-axis steps)"
 CATIA = "GOTO in the machining axis system (CATIA)"

@@ -13,7 +13,8 @@ AUXILIARY = re.compile(r"M(?:0?[01345789]|1[0-689]|2\d|3[1-9]|[4-7]\d|8[0-8])")
 class Command:
     """What the control shall do between two moves; `values` by kind.
 
-    ``"tool"`` (number, length in mm or None, number of its length offset or None), ``"offset"`` (that number),
+    ``"work offset"`` (its number, from 1), ``"tool"`` (number, length in mm or None, number of its length offset or
+    None), ``"offset"`` (that number),
     ``"spindle"`` (turns per minute or None, CLW, CCLW or OFF), ``"coolant"`` (FLOOD, MIST, THRU, AIR, TAP or OFF),
     ``"compensation"`` (LEFT, RIGHT or OFF, number of the radius offset), ``"dwell"`` (seconds), ``"stop"``,
     ``"optional stop"``, ``"verbatim"`` (the words of a block).

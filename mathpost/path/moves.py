@@ -34,6 +34,7 @@ class Moves(Orders):
         self.circle: Circle | None = None  # what is known of the arc that comes,
         self.arc_before: tuple[list[float], list[float]] | None = None  # and centre and axis of one that ended
         self.unconfirmed = False  # whether the tool axis must still say that this is the way the table turned
+        self.work_offset: int | None = None
         self.normals: dict[int, list[float]] = {}
         self.pieces: list[Arc | Hole] = []
 
@@ -254,6 +255,29 @@ class Moves(Orders):
         need(self.coordinates.first is not None or not self.count, "MSYS before the first move", "moves before it")
         rotation = np.column_stack([x, y, np.cross(x, y)])
         self.enter(self.coordinates.enter(rotation, origin * self.scale, coordinates.MSYS))
+
+    def on_mcsys(self, words: list[str]) -> None:
+        """The number of a work offset; origin, X and Y of a plane in its coordinates."""
+        names = ",".join("#" if REAL.fullmatch(word) else word for word in words)
+        plane = "NUM,#,POINT,#,#,#,VECTOR,#,#,#,VECTOR,#,#,#"
+        numbers = [word for word in words if REAL.fullmatch(word)]
+        whole = bool(numbers) and numbers[0].isdecimal() and int(numbers[0]) > 0
+        expected = (
+            "MCSYS/NUM and the number of a work offset, from 1; POINT, VECTOR and VECTOR with three numbers each"
+        )
+        need(names in ("NUM,#", plane) and whole, expected)
+        number = int(numbers[0])
+        system = np.array(self.numbers(numbers[1:]) or [0, 0, 0, 1, 0, 0, 0, 1, 0], dtype=float)
+        need(self.work_offset or not self.count, "MCSYS before the first move", "moves before it")
+        need(not self.cycle and not self.circle, "MCSYS outside a cycle and an arc", "within one")
+        if number != self.work_offset:
+            self.command("work offset", number, statement=f"MCSYS/NUM,{number}")
+            self.point = None  # nobody has said it in these coordinates
+        self.work_offset = number
+        origin, x, y = system.reshape(3, 3)
+        self.coordinates.first = coordinates.IDENTITY
+        rotation = np.column_stack([x, y, np.cross(x, y)])
+        self.enter(self.coordinates.enter(rotation, origin * self.scale, coordinates.MCSYS))
 
     def on_csys(self, words: list[str]) -> None:
         """The rows of a matrix of 3 by 4; what it means is said in `mathpost.path.coordinates`."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from mathpost.controls.blocks import Blocks as Blocks
 from mathpost.controls.blocks import joined
+from mathpost.controls.coordinates import Setup
 from mathpost.controls.reader import follow
 from mathpost.controls.writer import state_rounding, write
 from mathpost.errors import InputError, MathpostError
@@ -25,7 +26,7 @@ from mathpost.post import proof
 from mathpost.post.options import Options
 from mathpost.post.own_words import as_run, own_words
 from mathpost.post.report import Report, report_of
-from mathpost.post.steps import Plan, plan, tool_paths
+from mathpost.post.steps import Plan, ToolPath, plan, tool_paths
 
 if TYPE_CHECKING:
     from mathpost.post.proof import Proof
@@ -105,18 +106,19 @@ def run(
     asked = Options.of(machine, **options)
     progress = progress or (lambda stage: None)
     name = name or Path(cl.name).stem
-    _refuse_other_lengths(cl, machine, asked)
+    paths = tool_paths(cl, machine)
+    origins = _origins(paths, asked)
+    _refuse_other_setups(paths, machine, asked)
     plans: list[Plan] = []
-    for path in tool_paths(cl, machine):
-        start = plans[-1].chosen.joints[-1] if plans else asked.choosing.start
-        planned = plan(path, asked, start, progress)
+    for path in paths:
+        planned = plan(path, asked, asked.choosing.start, progress, before=plans[-1] if plans else None)
         plans.append(replace(planned, moves=own_words(path, planned.moves, asked)))
 
     progress("writing")
     text = write(joined([each.moves.blocks for each in plans]), machine, asked.control, name=name)
 
     progress("reading back")
-    program = follow(text, machine, asked.control, name=name)
+    program = follow(text, machine, asked.control, setup=Setup(offsets=origins), name=name)
 
     progress("proving")
     row = 0
@@ -137,11 +139,29 @@ def run(
     return Result(joints, joined([each.moves.blocks for each in plans]), place, text, made)
 
 
-def _refuse_other_lengths(cl: CLData, machine: Machine, options: Options) -> None:
-    """Errors were measured with one tool."""
-    lengths = [length for _, length in cl.by_tool() if length not in (None, machine.tool_length)]
-    if options.errors is not None and lengths:
-        raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
+def _origins(paths: list[ToolPath], options: Options) -> dict[str, tuple[float, ...]]:
+    """Origins of the work offsets of some paths, by their names; `InputError` where the control has no such one."""
+    origins = {}
+    for path in paths:
+        if path.offset is not None:
+            try:
+                name = options.control.work_offset_name(path.offset)
+            except InputError as error:
+                raise InputError(f"{path.cl.where(0)}: {error.where}", error.expected, error.found) from None
+            origins[name] = path.kin.machine.origin
+    return origins
+
+
+def _refuse_other_setups(paths: list[ToolPath], machine: Machine, options: Options) -> None:
+    """Errors were measured with one tool, at one place."""
+    if options.errors is None:
+        return
+    for path in paths:
+        if path.kin.machine.tool_length != machine.tool_length:
+            found = "CL data with other lengths"
+            raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", found)
+        if path.kin.machine.origin != machine.origin:
+            raise InputError("errors", "one work offset, that of the machine file's origin", f"{path.offset}")
 
 
 def _proof(plan: Plan, options: Options) -> Proof:

@@ -57,6 +57,10 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
     turn by equal angles, as the records do, which are put between them.
     """
     blocks, lines, motion = program.blocks, program.lines, moves.motion
+    if path.shift.any():
+        words = blocks.words.copy()
+        words[:, :3] -= path.shift  # they count from the origin of the first part
+        blocks = replace(blocks, words=words)
     if moves.run is None:
         stop = first + len(moves.blocks.words)
         return replace(moves, blocks=blocks[first:stop]), stop

@@ -15,8 +15,9 @@ from mathpost.path import deviation
 from mathpost.path.cl import CLData, commands
 from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
+from mathpost.post.approach import approaches
 from mathpost.post.options import Options
-from mathpost.post.steps import Plan, approaches, choose, crossing
+from mathpost.post.steps import Plan, choose, crossing, in_words
 from mathpost.post.time_law import SlowDown, TimeLaw, law_of, slow_down
 from mathpost.post.ways import Way, comparison
 
@@ -144,9 +145,13 @@ def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan])
     yield "tolerance", f"{options.tolerance:g} mm, tool axis {np.degrees(options.axis_tolerance):g}°"
     yield "rotary", ", ".join(_range(joint.name, plans, 3 + n) for n, joint in enumerate(machine.rotary))
     lengths = [f"{path.kin.machine.tool_length:g} mm" for path in (each.path for each in plans)]
-    stated = [length is not None for _, length in cl.by_tool()]
+    stated = [length is not None for _, length, _ in cl.by_setup()]
     origins = ["CL data" if each else "machine file" for each in stated]
     yield "tool length", ", ".join(f"{length} ({of})" for length, of in zip(lengths, origins, strict=True))
+    setups = {each.path.offset: each.path.kin.machine.origin for each in plans if each.path.offset is not None}
+    offsets = [f"{number} at {in_words(origin)}" for number, origin in setups.items()]
+    if offsets:
+        yield "work offset", ", ".join(offsets)
     yield (
         "program",
         f"{sum(len(each.moves.blocks.words) for each in plans)} moves, TCP {'on' if options.tcp else 'off'}",

@@ -21,15 +21,15 @@ from mathpost.path import deviation
 from mathpost.path.cl import OPPOSITE, CLData, commands, feed_times
 from mathpost.path.modal import Command
 from mathpost.post import proof, selection
+from mathpost.post.approach import approach_command, approached, approaches, counted_from, from_safe, unwound
 from mathpost.post.between_blocks import follow, in_the_air, linearize
-from mathpost.post.motion import LIFTED, ON_PART, SAFE, Motion
+from mathpost.post.motion import LIFTED, SAFE, Motion
 from mathpost.post.options import TOLERANCE, Options
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
 from mathpost.post.time_law import block_times, tcp_times
 from mathpost.post.ways import Crossing, through_the_records, unbroken
 from mathpost.rotation import unit
-from mathpost.sources.yu_dan import lifted
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,9 @@ class ToolPath:
     kin: Kinematics
     cl: CLData
     first: int  # how many records of the whole path come before
+    offset: int | None = None  # number of the work offset that its points count from, if one is stated
+    # Shape (3,), mm, from the origin of the first part of the path to that of this one.
+    shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -70,18 +73,28 @@ class Plan:
 
 
 def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
-    """Return the parts of the path between changes of the tool, each with the kinematics of the machine with it.
+    """Return the parts of the path between changes of the tool or work offset, with the machine that each has.
 
-    `InputError` is raised where the tool axis turns over in cut: no great circle is shorter than another there.
+    `InputError` is raised where the tool axis turns over in cut, as no great circle is shorter than another there,
+    and for a work offset whose origin the machine file does not have.
     """
-    paths = []
-    for part, length in cl.by_tool():
+    paths: list[ToolPath] = []
+    for part, length, stated in cl.by_setup():
         turned = np.flatnonzero(np.linalg.norm(part.axes[1:] + part.axes[:-1], axis=1) < OPPOSITE)
         if turned.size:
             expected = "a tool axis not opposite to the one before, or RAPID"
             raise InputError(part.where(turned[0] + 1), expected, "a turn by 180°")
-        with_tool = machine if length is None else machine.with_setup(tool_length=length)
-        paths.append(ToolPath(Kinematics(with_tool), part, part.first - cl.first))
+        offset = machine.offset if stated is None else stated
+        origin = dict(machine.offsets).get(offset or 0)
+        if origin is None:
+            origin = machine.origin
+            others = [each.offset for each in paths[:1]] if machine.offset is None else [machine.offset]
+            if offset not in (others or [offset]):
+                expected = f"its origin, offsets = {{ {offset} = [X, Y, Z] }} in [workpiece] of the machine file"
+                raise InputError(f"{part.where(0)}: work offset {offset}", expected, "none")
+        with_setup = machine.with_setup(origin=origin, tool_length=length)
+        shift = np.subtract(origin, paths[0].kin.machine.origin) if paths else np.zeros(3)
+        paths.append(ToolPath(Kinematics(with_setup), part, part.first - cl.first, offset, shift))
     return paths
 
 
@@ -96,10 +109,11 @@ def what_the_control_holds(path: ToolPath, options: Options, planes: bool = Fals
         for joint in machine.rotary:
             frame = "SPINDLE NOSE" if joint.carries == "tool" else "MACHINE ZERO"
             along = " ".join(f"{value:.6g}" for value in unit(np.array(joint.axis)))
-            lines.append(
-                f"CONTROL HOLDS: {joint.name} THROUGH {_in_words(joint.point)} FROM {frame}, ALONG {along}"
-            )
-        lines.append(f"CONTROL HOLDS: WORK OFFSET {_in_words(machine.origin)}")
+            lines.append(f"CONTROL HOLDS: {joint.name} THROUGH {in_words(joint.point)} FROM {frame}, ALONG {along}")
+        if path.offset is None:
+            lines.append(f"CONTROL HOLDS: WORK OFFSET {in_words(machine.origin)}")
+    if path.offset is not None:
+        lines.append(f"CONTROL HOLDS: WORK OFFSET {path.offset}, {in_words(machine.origin)}")
     if options.tcp or planes or any(joint.carries == "tool" for joint in machine.rotary):
         tools = [tool.values[0] for record, tool in commands(path.cl.remarks, "tool") if record == 0]
         name = f"TOOL {tools[0]}" if tools else "TOOL"
@@ -109,13 +123,8 @@ def what_the_control_holds(path: ToolPath, options: Options, planes: bool = Fals
     return lines
 
 
-def _approach(path: ToolPath, blocks: Blocks, safe: tuple[float | None, float | None, float]) -> Command:
-    """The command to go to the safe Z, and to turn the rotary axes there, before the first move."""
-    names, angles = path.kin.machine.joint_names[3:], blocks.words[0, 3:].tolist()
-    return Command("approach", (safe[2], dict(zip(names, angles, strict=True))), "")
-
-
-def _in_words(point: Sequence[float]) -> str:
+def in_words(point: Sequence[float]) -> str:
+    """Return a point as text, such as X0 Y-5.5 Z20."""
     return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
 
 
@@ -124,29 +133,45 @@ def plan(
     options: Options,
     start: ArrayLike | None = None,
     progress: Callable[[str], None] = lambda stage: None,
+    *,
+    before: Plan | None = None,
 ) -> Plan:
-    """Return the `Plan` of one tool, from `start`, joints of shape (5,), or without it from anywhere."""
+    """Return the `Plan` of one tool, from `start`, joints of shape (5,), or without it from anywhere.
+
+    Behind the plan of the path `before` it goes on from where that one ended; from the safe position, where both
+    have one.
+    """
     progress("choosing")
+    if before is not None:
+        start = counted_from(path, before, before.chosen.joints[-1])
     chosen = choose(path, options, start)
     found = regions(path.kin, path.cl, chosen.joints, cone=options.passing.cone)
     progress("planning")
     motion, free = cross(path, chosen, found, options)
+    comes = approaches(path.kin.machine, options)
+    goes_on = before is not None and not any(record == 0 for record, _ in commands(path.cl.remarks, "tool"))
+    if before is not None and comes and goes_on:
+        motion, free = from_safe(path, motion, free, before)
     motion = keep_axis(path, motion, free, options)
     motion = keep_tip(path, motion, options)
-    before: proof.Proof | None = None
+    measured: proof.Proof | None = None
     cautions: tuple[str, ...] = ()
     if options.real is not None:
-        before = uncompensated(path, motion, options)
+        measured = uncompensated(path, motion, options)
         motion, cautions = compensate(path, motion, options.real)
     moves = to_moves(path, motion, options)
-    said = tuple((0, line) for line in what_the_control_holds(path, options))
+    held = [] if before is None else what_the_control_holds(before.path, options)
+    said = tuple((0, line) for line in what_the_control_holds(path, options) if line not in held)
     remarks = [*said, *moves.blocks.remarks]
+    if path.offset is not None and not any(row == 0 for row, _ in commands(remarks, "work offset")):
+        select = Command("work offset", (path.offset,), "")
+        remarks.insert(sum(row == 0 and isinstance(each, str) for row, each in remarks), (0, select))
     safe = path.kin.machine.safe
-    if safe is not None and approaches(path.kin.machine, options):
-        remarks.insert(sum(row == 0 for row, _ in remarks), (0, _approach(path, moves.blocks, safe)))
+    if safe is not None and comes and not goes_on:
+        remarks.insert(sum(row == 0 for row, _ in remarks), (0, approach_command(path, moves.blocks, safe)))
     moves = replace(moves, blocks=replace(moves.blocks, remarks=tuple(remarks)))
     refuse_turning_compensation(path, moves.blocks)
-    return Plan(path, chosen, found, moves, before, cautions)
+    return Plan(path, chosen, found, moves, measured, cautions)
 
 
 def choose(
@@ -190,61 +215,6 @@ def cross(
     for way in ways:
         taken[int(way.place[0]) : int(way.place[-1])] = True
     return motion, taken[np.floor(motion.place[:-1]).astype(int)]
-
-
-def unwound(path: ToolPath, chosen: Selection, record: int, clearance: float) -> Motion:
-    """Lead the joints from one record to the next by the safe position, where the rotary axes unwind.
-
-    The tool leaves along its axis, then Z and, where the machine file states them, X and Y go to the safe position;
-    the rotary axes turn, and it comes back in the opposite order. `InputError` is raised if the machine file has no
-    safe position: beside the part a whole turn would take the tool through it.
-    """
-    safe = path.kin.machine.safe
-    if safe is None:
-        expected = "safe = { Z = … } in [linear] of the machine file: where the rotary axes may turn freely"
-        raise InputError(f"{path.cl.where(record)}: to unwind", expected, "none")
-    before, after = chosen.joints[record - 1 : record + 1]
-    over = above(path, np.array([before, after]), clearance)
-    far = [safe_pose(path.kin.machine, pose) for pose in over]
-    turned = np.r_[far[0][:3], far[1][3:]]
-    joints = np.array([before, over[0], far[0], turned, far[1], over[1], after])
-    place = record - 1 + np.array([0.0, 0, 0, 1, 1, 1, 1])
-    return Motion(joints, place, np.array([ON_PART, LIFTED, SAFE, SAFE, SAFE, LIFTED, ON_PART]))
-
-
-def above(path: ToolPath, joints: np.ndarray, clearance: float) -> np.ndarray:
-    """Lift joints, shape (n, 5), along the tool axis until every point of the path lies `clearance` below the tip.
-
-    From there the tool may go on in any direction that does not lead back.
-    """
-    tips, axes = path.kin.forward(joints)
-    height = [max(0.0, np.max((path.cl.points - tip) @ axis)) for tip, axis in zip(tips, axes, strict=True)]
-    return lifted(path.kin, joints, np.array(height)[:, None] + clearance)
-
-
-def approaches(machine: Machine, options: Options) -> bool:
-    """Whether a program comes from the safe position and goes back: it has a head or a foot, and they are known."""
-    has_frame = bool(machine.program_head or machine.program_foot)
-    return machine.safe is not None and has_frame and bool(options.control.commands["safe"])
-
-
-def approached(path: ToolPath, motion: Motion, clearance: float) -> Motion:
-    """Put the way from the safe position before a motion, and the way back behind it."""
-    over = above(path, motion.joints[[0, -1]], clearance)
-    far = [safe_pose(path.kin.machine, pose) for pose in over]
-    first, last = motion.place[[0, -1]]
-    before = Motion(np.array([far[0], over[0]]), np.array([first, first]), np.array([SAFE, LIFTED]))
-    behind = Motion(np.array([over[1], far[1]]), np.array([last, last]), np.array([LIFTED, SAFE]))
-    return Motion.joined([before, motion, behind])
-
-
-def safe_pose(machine: Machine, joints: np.ndarray) -> np.ndarray:
-    """Return joints, shape (5,), with Z, and X and Y where the machine file states them, at the safe position."""
-    there = np.array(joints)
-    for axis, position in enumerate(machine.safe or ()):
-        if position is not None:
-            there[axis] = position - machine.slides[axis]
-    return there
 
 
 def keep_axis(path: ToolPath, motion: Motion, free: np.ndarray, options: Options) -> Motion:

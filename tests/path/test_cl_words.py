@@ -489,7 +489,7 @@ def test_tools_have_their_lengths(dialect):
     ("dialect", "tcp", "lines"),
     [
         ("heidenhain", False, ["TOOL CALL 2 Z", "TOOL CALL S1500", "M3", "M8"]),
-        ("fanuc", False, ["T2 M6", "G43 H2", "S1500", "M3", "M8"]),
+        ("fanuc", False, ["T2 M6", "S1500", "M3", "M8"]),
         ("siemens", False, ["T2", "M6", "D1", "S1500", "M3", "M8"]),
         ("heidenhain", True, ["TOOL CALL 2 Z", "TOOL CALL S1500", "M3", "M8", "M128"]),
         ("fanuc", True, ["T2 M6", "S1500", "M3", "M8", "G43.4 H2"]),
@@ -506,6 +506,7 @@ def test_the_words_of_the_control(dialect, tcp, lines):
     said = [line for line in said if line[0] != ";"]
     first = next(n for n, line in enumerate(said) if " X" in line)
     assert said[:first][-len(lines) :] == lines
+    assert ("G43 H2 X" in said[first]) == (dialect == "fanuc" and not tcp)
     assert "M0" in said and any("2.000" in line for line in said)
 
 

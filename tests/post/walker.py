@@ -63,6 +63,7 @@ def walk(text, where=table_tip, origin=(0, 0, 0), lengths=None):
             tool, words = int(match[1] or match[2] or ready), {}  # the tool is changed where nobody knows
             walked.said.append(f"T{tool}")
             continue
+        line = re.sub(r"\bG43 H\d+ (?=[A-Z])", "", line)
         if re.match(r"TOOL CALL S|CYCL|S\d|M\d|D\d|G4 |TRA|G43|G49", line):
             walked.said.append(line)
             continue
