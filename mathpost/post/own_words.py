@@ -31,7 +31,7 @@ def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
     draft = Draft(path, moves, options)
     tilted(draft)
     if any(frame is not None for frame in draft.frames):
-        said = set(what_the_control_holds(path, options))
+        said = what_the_control_holds(path, options)
         holds = [(0, line) for line in what_the_control_holds(path, options, planes=True)]
         draft.remarks = [*holds, *((row, remark) for row, remark in draft.remarks if row or remark not in said)]
     holes(draft)

@@ -85,13 +85,12 @@ def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
             expected = "a tool axis not opposite to the one before, or RAPID"
             raise InputError(part.where(turned[0] + 1), expected, "a turn by 180°")
         offset = machine.offset if stated is None else stated
-        origin = dict(machine.offsets).get(offset or 0)
-        if origin is None:
-            origin = machine.origin
-            others = [each.offset for each in paths[:1]] if machine.offset is None else [machine.offset]
-            if offset not in (others or [offset]):
-                expected = f"its origin, offsets = {{ {offset} = [X, Y, Z] }} in [workpiece] of the machine file"
-                raise InputError(f"{part.where(0)}: work offset {offset}", expected, "none")
+        known = dict(machine.offsets)
+        named = paths[0].offset if paths and machine.offset is None else machine.offset or offset
+        if offset not in known and offset != named:
+            expected = f"its origin, offsets = {{ {offset} = [X, Y, Z] }} in [workpiece] of the machine file"
+            raise InputError(f"{part.where(0)}: work offset {offset}", expected, "none")
+        origin = machine.origin if offset is None else known.get(offset, machine.origin)
         with_setup = machine.with_setup(origin=origin, tool_length=length)
         shift = np.subtract(origin, paths[0].kin.machine.origin) if paths else np.zeros(3)
         paths.append(ToolPath(Kinematics(with_setup), part, part.first - cl.first, offset, shift))
