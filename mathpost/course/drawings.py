@@ -1,12 +1,23 @@
 """Still drawings: bore, turns, frames and coins of lessons 00 to 04, set-ups of lessons 08 to 13."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.patches import Circle
+from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mathpost import euler
 from mathpost.course.verdict import toml
 from mathpost.draw import plot
+from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.frame import Frame
 
 MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 AXIS = plot.COLOUR["first branch"]  # of a turn
@@ -16,7 +27,10 @@ BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 HEAD = np.array([[0, 0], [-1, 0.35], [-1, -0.35]])  # of an arrow that points along x
 
 
-def turn_in_plane(axes, degrees):
+Point = Sequence[float] | np.ndarray  # (2,) or (3,)
+
+
+def turn_in_plane(axes: Axes, degrees: float) -> None:
     """Draw the unit vectors of X and Y before and after a turn, with the coordinates of their ends."""
     _plane(axes)
     named = (("X turned", "left", "cos t", "sin t"), ("Y turned", "right", "−sin t", "cos t"))
@@ -30,7 +44,7 @@ def turn_in_plane(axes, degrees):
     _arc(axes, 0, degrees, 0.3)
 
 
-def active_and_passive(left, right, point, degrees):
+def active_and_passive(left: Axes, right: Axes, point: Point, degrees: float) -> None:
     """Draw the same turn twice: of a point in a fixed frame, and of the frame under a fixed point."""
     turn, point = _turn(degrees), np.array(point)
     for axes, title in ((left, "active: the point turns"), (right, "passive: the frame turns")):
@@ -41,12 +55,12 @@ def active_and_passive(left, right, point, degrees):
     _point(left, turn @ point, "P'", np.eye(2), POINT)
     for row, name in zip(turn.T, ("X'", "Y'"), strict=True):
         _arrow(right, (0, 0), 1.15 * row, WORKPIECE)
-        right.text(*(1.28 * row), name, color=WORKPIECE, ha="center", va="center")
+        _write(right, 1.28 * row, name, WORKPIECE)
     _arc(right, 0, degrees, 0.3)
     _point(right, point, "P", turn.T, POINT)
 
 
-def quarter_turns(panels):
+def quarter_turns(panels: Iterable[Axes3D]) -> None:
     """Draw the three quarter turns of the right hand: X to Y about Z, Y to Z about X, Z to X about Y."""
     for axes, about in zip(panels, (2, 0, 1), strict=True):
         plot.space(axes, 0.75, centre=(0.3, 0.3, 0.3))
@@ -60,7 +74,9 @@ def quarter_turns(panels):
         axes.set_title(f"about {'XYZ'[about]}: {'XYZ'[(about + 1) % 3]} goes to {'XYZ'[(about + 2) % 3]}")
 
 
-def ruined_bore(panels, *, radius=10.0, retract=1.0, turned=180.0):
+def ruined_bore(
+    panels: Iterable[Axes], *, radius: float = 10.0, retract: float = 1.0, turned: float = 180.0
+) -> None:
     """Draw a bored hole seen along the tool: the bar leaves the wall by the frame's X, then by one turned wrongly.
 
     The spindle has stopped with the tip of the bar on its own X; the control moves it by `retract` along minus the
@@ -84,40 +100,39 @@ def ruined_bore(panels, *, radius=10.0, retract=1.0, turned=180.0):
         else:
             axes.text(0, 1.2 * radius, "clear of the wall", color=POINT, ha="center", va="center")
         _arrow(axes, (0, -1.2 * radius), np.array([0, -1.2 * radius]) + 5 * x, MACHINE)
-        axes.text(*(np.array([0, -1.2 * radius]) + 6.5 * x), "X", color=MACHINE, ha="center", va="center")
+        _write(axes, np.array([0, -1.2 * radius]) + 6.5 * x, "X", MACHINE)
 
 
-def parts(axes, point, axis, degrees):
+def parts(axes: Axes3D, point: Point, axis: Point, degrees: float) -> None:
     """Draw a point that turns about an axis: its part along the axis, its part across it, and the turned one."""
-    point, axis = np.array(point, dtype=float), np.array(axis) / np.linalg.norm(axis)
-    along, side = point @ axis * axis, np.cross(axis, point)
-    across, turn = point - along, np.linspace(0, 2 * np.pi, 91)[:, None]
-    moved = euler.from_axis_angle(axis, degrees, degrees=True) @ point
+    p, v = np.array(point, dtype=float), unit(np.array(axis, dtype=float))
+    along, side = p @ v * v, np.cross(v, p)
+    across, turn = p - along, np.linspace(0, 2 * np.pi, 91)[:, None]
+    moved = euler.from_axis_angle(v, degrees, degrees=True) @ p
     plot.space(axes, 0.8, centre=along)
     axes.view_init(elev=32, azim=-50)
     axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
     nothing = np.zeros(3)
     for start, end, colour, name in (
-        (nothing, 1.5 * axis, AXIS, "v"),
+        (nothing, 1.5 * v, AXIS, "v"),
         (nothing, along, POINT, "part along v"),
-        (along, point, POINT, "part across"),
+        (along, p, POINT, "part across"),
         (along, along + side, MACHINE, "v × p"),
         (along, moved, WORKPIECE, "across, turned"),
-        (nothing, point, MACHINE, "p"),
+        (nothing, p, MACHINE, "p"),
         (nothing, moved, WORKPIECE, "p turned"),
     ):
         _space_arrow(axes, start, end, colour)
         beyond = end + 0.14 * (end - along) / max(np.linalg.norm(end - along), 0.3)
         middle = (start + end) / 2
-        at = {"part along v": middle - 0.3 * side, "part across": middle + 0.1 * axis, "across, turned": None}
-        at = at.get(name, beyond)
-        at = middle + 0.25 * side if at is None else at
+        beside = {"part along v": -0.3 * side, "part across": 0.1 * v, "across, turned": 0.25 * side}
+        at = middle + beside[name] if name in beside else beyond
         axes.text(*at, name, color=colour, ha="center", fontsize=9)
     t = np.radians(np.linspace(0, degrees, 31))[:, None]
     _space_arc(axes, along + 0.45 * (np.cos(t) * across + np.sin(t) * side), AXIS, "t")
 
 
-def euler_discs(axes, i, j, k):
+def euler_discs(axes: Axes3D, i: float, j: float, k: float) -> None:
     """Draw ZXZ angles, degrees: the discs XY and xy, the line of nodes in which they meet, and an arc for each."""
     frame, circle = euler.matrix("ZXZ", (i, j, k), degrees=True), np.linspace(0, 2 * np.pi, 91)
     disc = np.stack([np.cos(circle), np.sin(circle), 0 * circle], axis=-1)
@@ -141,7 +156,7 @@ def euler_discs(axes, i, j, k):
         _space_arc(axes, size * euler.matrix("ZXZ", angles, degrees=True)[:, :, column], colour, letter)
 
 
-def frames_and_point(axes, frames, point, arm):
+def frames_and_point(axes: Axes3D, frames: Mapping[str, Frame], point: Point, arm: float) -> None:
     """Draw frames (a dict from a name to a `Frame` in the first one), and a dotted line from each to one point.
 
     `arm` is the length of the axes, in the units of the point.
@@ -157,10 +172,10 @@ def frames_and_point(axes, frames, point, arm):
         axes.text(*(each.origin - 0.45 * arm * each.rotation[:, 2]), name, color=colour, ha="center", weight="bold")
         axes.plot(*np.array([each.origin, point]).T, color=colour, linestyle=":")
     axes.plot(*np.transpose([point]), "o", color="black")
-    axes.text(*(point + 0.25 * arm), "P", ha="center")
+    axes.text(*(np.asarray(point) + 0.25 * arm), "P", ha="center")
 
 
-def coins(panels, turns, title):
+def coins(panels: Iterable[Axes3D], turns: str, title: str) -> None:
     """Draw a coin at the start and after each quarter turn of a sequence such as ``"ZX"``.
 
     Upper case is a turn about the coin's own axis, lower case about the table's. The arrow is x, the pin z.
@@ -182,7 +197,7 @@ def coins(panels, turns, title):
         axes.set_title(f"{title}\nabout {whose} {letter.upper()}" if letter else title)
 
 
-def set_ups(*names):
+def set_ups(*names: str) -> None:
     """Draw set-ups from `setups.toml` beside each other, by name."""
     _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
     for axes, name in zip(np.atleast_1d(panels), names, strict=True):
@@ -198,66 +213,81 @@ def set_ups(*names):
     plot.show()
 
 
-def _turn(degrees):
+def _turn(degrees: float) -> np.ndarray:
     return euler.from_axis_angle([0, 0, 1], degrees, degrees=True)[:2, :2]
 
 
-def _plane(axes, title="", start=-1.2):
+def _plane(axes: Axes, title: str = "", start: float = -1.2) -> None:
     """A frame X, Y with its unit circle."""
     axes.set(aspect="equal", xlim=(start, 1.4), ylim=(-0.3, 1.4), title=title)
     axes.set_axis_off()
     axes.add_patch(Circle((0, 0), 1.0, fill=False, color=MACHINE, linewidth=0.6))
     for end, name in (((1.25, 0), "X"), ((0, 1.25), "Y")):
         _arrow(axes, (0, 0), end, MACHINE)
-        axes.text(*(1.06 * np.array(end)), name, color=MACHINE, ha="center", va="center")
+        _write(axes, 1.06 * np.array(end), name, MACHINE)
 
 
-def _arrow(axes, start, end, colour):
+def _arrow(axes: Axes, start: Point, end: Point, colour: str) -> None:
     style = {"arrowstyle": "-|>", "color": colour, "lw": 2, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", end, start, arrowprops=style)
+    axes.annotate("", (end[0], end[1]), (start[0], start[1]), arrowprops=style)
 
 
-def _arc(axes, start, end, radius):
+def _write(axes: Axes, at: np.ndarray, text: str, colour: str) -> None:
+    axes.text(at[0], at[1], text, color=colour, ha="center", va="center")
+
+
+def _arc(axes: Axes, start: float, end: float, radius: float) -> None:
     turn = np.radians([*np.linspace(start, end, 41), end - 2])
     *arc, before = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     axes.plot(*np.transpose(arc), color=AXIS)
     _arrow(axes, before, arc[-1], AXIS)
 
 
-def _space_arrow(axes, start, end, colour):
+def _space_arrow(axes: Axes3D, start: np.ndarray, end: np.ndarray, colour: str) -> None:
     axes.quiver(
         *start, *(end - start), color=colour, arrow_length_ratio=min(0.12 / np.linalg.norm(end - start), 0.5)
     )
 
 
-def _space_arc(axes, arc, colour, name):
+def _space_arc(axes: Axes3D, arc: np.ndarray, colour: str, name: str) -> None:
     """An arc in space with an arrowhead, and its name beside its middle."""
     axes.plot(*arc.T, color=colour, linewidth=2.5)
     axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=colour, arrow_length_ratio=1.0, linewidth=2.5)
     axes.text(*(1.16 * arc[len(arc) // 2]), name, color=colour, ha="center", va="center", weight="bold")
 
 
-def _point(axes, point, name, directions, colour, style="full"):
+def _point(
+    axes: Axes, point: np.ndarray, name: str, directions: Iterable[np.ndarray], colour: str, style: Any = "full"
+) -> None:
     """A point, and its coordinates as dotted lines to the axes."""
     axes.plot(*point, "o", color=POINT, fillstyle=style)
-    axes.text(*(point + np.array([0.07, 0.05])), name, color=POINT)
+    axes.text(point[0] + 0.07, point[1] + 0.05, name, color=POINT)
     for direction in directions:
         axes.plot(*np.array([point, point @ direction * direction]).T, color=colour, linestyle=":")
 
 
-def _outline(geometry):
+def _outline(geometry: Any) -> np.ndarray:
     """The points of a part, shape (n, 2): of a box, of a circle or an arc, or as given."""
     if "box" in geometry:
         x, y, half_width, half_height = geometry["box"]
         return BOX * [half_width, half_height] + [x, y]
     if "circle" in geometry:
         centre, radius, *ends = geometry["circle"]
-        angle = np.radians(np.linspace(*(ends or (0, 360)), 73))
+        start, end = ends or (0, 360)
+        angle = np.radians(np.linspace(start, end, 73))
         return np.add(centre, radius * np.column_stack([np.cos(angle), np.sin(angle)]))
     return np.array(geometry, dtype=float, ndmin=2)
 
 
-def _part(axes, size, kind, points, role, text, shift=(0, 0)):
+def _part(
+    axes: Axes,
+    size: float,
+    kind: str,
+    points: np.ndarray,
+    role: str,
+    text: str,
+    shift: tuple[float, float] = (0, 0),
+) -> None:
     """Draw a part in the colour of its role, and its text where that kind of part has it."""
     colour, place = plot.COLOUR[role], points[-1]
     if kind == "body":
@@ -276,4 +306,4 @@ def _part(axes, size, kind, points, role, text, shift=(0, 0)):
         elif kind != "ring":
             place = points[len(points) // 2] if len(points) > 2 else points.mean(axis=0)
     if text:
-        axes.text(*(place + size * np.array(shift)), text, color=colour, ha="center", va="center")
+        _write(axes, place + size * np.array(shift), text, colour)

@@ -5,20 +5,26 @@ cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. 
 each answer is stored as data beside its verdict, so a teacher can judge it again without running anybody's code.
 """
 
+from __future__ import annotations
+
 import html
 import json
 import re
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
+from typing import Any
+
+import numpy as np
 
 from mathpost.course import exercises
 from mathpost.course.answers import Number
 from mathpost.course.typed import bare
-from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
+from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Exercise, Verdict, define, slip
 from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.files import read_text
@@ -49,13 +55,13 @@ _tried: set[str] = set()  # exercises with an attempt in this session
 _numbers = {"of": ""}  # the student whose numbers are used in this session
 
 
-def student(name):
+def student(name: str) -> None:
     """Use the numbers drawn for this student from here on, in the exercises that draw any."""
     _numbers["of"] = str(name)
     print(f"The numbers of {name or 'the lesson'}.")
 
 
-def check(name, answer):
+def check(name: str, answer: Any) -> None:
     """Say whether `answer` is right and, if not, which mix-up leads to it; None is not attempted.
 
     No answer raises an error. An unknown name does (`InputError`), and so does a missing data file.
@@ -76,12 +82,12 @@ def check(name, answer):
         solution(name, update=True)
 
 
-def judge(name, answer):
+def judge(name: str, answer: Any) -> Verdict:
     """Return the `Verdict` on an answer; it may be one stored in a notebook."""
     return _named(name).verdict(answer)
 
 
-def solution(name, *, update=False):
+def solution(name: str, *, update: bool = False) -> None:
     """Show the hint and the solution, its code and its result, both closed until they are clicked.
 
     The summary says so if no attempt was checked yet; `update` rewrites a summary that is already shown. Outside a
@@ -100,7 +106,7 @@ def solution(name, *, update=False):
         print(found.shown_solution)
 
 
-def given(name):
+def given(name: str) -> Any:
     """Return what the question hands out, such as a program with an error in it."""
     found = _named(name)
     if found.given is None:
@@ -108,7 +114,7 @@ def given(name):
     return found.with_arguments(found.given)
 
 
-def reveal(guess, truth, *, within=None, modulo=None):
+def reveal(guess: Any, truth: Any, *, within: float | None = None, modulo: float | None = None) -> None:
     """Print the truth after a guess, and whether the guess is right; without a guess, nothing of the truth.
 
     A correctly rounded number is right, or one as near as `within`, which the question states; `modulo` 360 takes
@@ -135,7 +141,7 @@ def reveal(guess, truth, *, within=None, modulo=None):
     said = f"You guessed {guess}. Find out why before you go on."
     try:  # a number to the digits of the coarser of both
         number = Number(decimals=written_decimals(truth), tolerance=within)
-        apart = number.read(guess) - number.read(truth)
+        apart = np.subtract(number.read(guess), number.read(truth))
         apart = wrap(apart, modulo) if modulo else apart
         if number.same(apart, 0.0) or (within is None and number.coarse(number.read(guess), number.read(truth))):
             said = f"Your guess of {guess} is within {within:g} of it." if within and apart else "You guessed it."
@@ -146,7 +152,7 @@ def reveal(guess, truth, *, within=None, modulo=None):
 
 
 @contextmanager
-def after(guess):
+def after(guess: Any) -> Iterator[None]:
     """Run the lines below and show what they print and draw only after a guess; without one, nothing of it.
 
     So a lesson that is run as a whole, exported or handed out does not hold the answer before the question.
@@ -164,16 +170,16 @@ def after(guess):
         yield
 
 
-def _given(guess):
+def _given(guess: Any) -> bool:
     return guess is not None and guess is not ...
 
 
-def saved(path):
+def saved(path: Path | str) -> list[Verdict]:
     """Return the verdicts on all answers in a saved notebook, each judged anew; see `judged`."""
     return judged(notebook(path)["cells"], path)
 
 
-def judged(cells, where):
+def judged(cells: Iterable[dict[str, Any]], where: Path | str) -> list[Verdict]:
     """Judge the answers in the cells of a notebook anew and return the verdicts; errors name `where`."""
     return [judged_anew(each) for each in stored(cells, where)]
 
@@ -188,23 +194,23 @@ class Stored:
     student: str  # whose drawn numbers it is for; "" for those of the lesson
 
 
-def stored(cells, where):
+def stored(cells: Iterable[dict[str, Any]], where: Path | str) -> list[Stored]:
     """Return the `Stored` answers in the cells of a notebook; errors name `where`."""
     found = []
     try:
         for cell in cells:
             asks = cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"])
             for shown in (output.get("data", {}) for output in cell["outputs"]) if asks else ():
-                answer, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
-                said = SAID.findall("".join(shown.get("text/plain", "")))
-                text, whose = json.dumps(answer), str(whose or "")
-                found += [Stored(*each, text, whose) for each in said]
+                beside = shown.get(MIME, {})
+                answer, whose = json.dumps(beside.get("answer")), str(beside.get("student") or "")
+                for name, status in SAID.findall("".join(shown.get("text/plain", ""))):
+                    found.append(Stored(name, status, answer, whose))
     except (KeyError, TypeError, AttributeError):
         raise InputError(str(where), "a notebook", "something else") from None
     return found
 
 
-def judged_anew(found):
+def judged_anew(found: Stored) -> Verdict:
     """Return the verdict on a `Stored` answer, `edited` if the notebook says something else.
 
     For an exercise that is not defined here, it is what the notebook says.
@@ -216,7 +222,7 @@ def judged_anew(found):
     return replace(verdict, edited=verdict.status != found.said)
 
 
-def answered(folder="."):
+def answered(folder: Path | str = ".") -> dict[str, Verdict]:
     """Return the verdicts, judged anew, on the lessons saved in a folder: a dict by exercise."""
     paths = sorted(Path(folder).glob(LESSONS))
     if not paths:
@@ -225,7 +231,7 @@ def answered(folder="."):
     return found | {verdict.name: verdict for path in paths for verdict in saved(path)}
 
 
-def progress(folder="."):
+def progress(folder: Path | str = ".") -> None:
     """Print the progress in the notebooks saved in a folder, one line per lesson.
 
     Examples
@@ -242,7 +248,7 @@ def progress(folder="."):
         if lesson:
             heading = "".join(notebook(path)["cells"][0]["source"]).splitlines()[0].lstrip("# ").replace(" · ", " ")
             title = re.split(r"\s*\(|[,:]", heading)[0]  # without the Chinese in brackets
-            marks = " ".join(map(MARKS.get, lesson))
+            marks = " ".join(MARKS[status] for status in lesson)
             print(f"{title:42s}  {marks:9s} {lesson.count(RIGHT)} of {len(lesson)}")
     print(f"{'all lessons':53s} {sum(each.status == RIGHT for each in verdicts)} of {len(verdicts)}")
     for each in verdicts:
@@ -250,14 +256,14 @@ def progress(folder="."):
             print(f"{each.name}: the notebook says something else than its answer deserves ({each.status}).")
 
 
-def _named(name):
+def _named(name: str) -> Exercise:
     if name not in EXERCISES:
         near = get_close_matches(str(name), EXERCISES, n=1, cutoff=0)
         raise InputError("exercise", f"the name of one, such as {near[0]!r}", repr(name))
     return EXERCISES[name].of(_numbers["of"])
 
 
-def notebook(path):
+def notebook(path: Path | str) -> dict[str, Any]:
     """Return a saved notebook as parsed JSON; raise `InputError` if it is not a notebook."""
     try:
         found = json.loads(read_text(path))
@@ -268,6 +274,6 @@ def notebook(path):
         raise InputError(str(path), "a notebook", "something else") from None
 
 
-def asked(source):
+def asked(source: str) -> list[str]:
     """Return the names of the exercises that a cell checks."""
     return re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)

@@ -6,12 +6,12 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 
-def check(pins="../environment.txt"):
+def check(pins: Path | str = "../environment.txt") -> None:
     """Print each package whose version is not the one asked for by `pins`, or without that file by the package."""
     path = Path(pins)
     asked = path.read_text(encoding="utf-8").splitlines() if path.exists() else metadata.requires("mathpost")
     wrong = []
-    for line in asked:
+    for line in asked or ():
         if not line[:1].isalpha():
             continue
         need = Requirement(line.partition("#")[0])

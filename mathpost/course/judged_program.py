@@ -1,5 +1,9 @@
 """How the program of a learner is judged: its own text, read back, against the CL data that it was made for."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from mathpost.controls.reader import read
@@ -8,9 +12,12 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path.cl import CLData
 from mathpost.post import singular
-from mathpost.post.match import between, match
+from mathpost.post.match import Between, between, match
 from mathpost.post.proof import joints_of
 from mathpost.post.time_law import block_times
+
+if TYPE_CHECKING:
+    from mathpost.controls.blocks import Blocks
 
 TIP, AXIS = 0.01, 0.1  # mm and degrees that are granted
 LIFTED = 1.0  # mm above the path: not in cut
@@ -24,12 +31,12 @@ class Program(Kind):
 
     asked = "the text of a Heidenhain program"
 
-    def read(self, answer):
+    def read(self, answer: Any) -> str:
         if not isinstance(answer, str):
             raise InputError("answer", self.asked, "something else")
         return answer
 
-    def show(self, value):
+    def show(self, value: str) -> str:
         lines = value.splitlines()
         return f"{len(lines)} lines, from {lines[0]!r} to {lines[-1]!r}"
 
@@ -59,7 +66,7 @@ def unproved(text: str, kin: Kinematics, path: CLData) -> str:
     return wrong_feed(kin, path, joints, blocks, found.blocks[0], moves)
 
 
-def lifted_away(kin, path, moves):
+def lifted_away(kin: Kinematics, path: CLData, moves: Between) -> str:
     """Say between which records the tool is lifted although the path is not near the pole there."""
     records = np.unique(moves.record[moves.height >= LIFTED])
     _, away = singular.nearest(kin, path.axes[records - 1], path.axes[records])
@@ -69,7 +76,9 @@ def lifted_away(kin, path, moves):
     return ""
 
 
-def wrong_feed(kin, path, joints, blocks, first, moves):
+def wrong_feed(
+    kin: Kinematics, path: CLData, joints: np.ndarray, blocks: Blocks, first: int, moves: Between
+) -> str:
     """Say which block in cut has neither the feed of the path nor the time that this and the rates ask for."""
     feeds = np.full(len(joints) - 1, np.nan)
     feeds[first : first + len(moves.record)] = path.feeds[moves.record]

@@ -1,9 +1,12 @@
 """The data that lessons, exercises and views load, each once, from any folder below the course."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,10 +16,13 @@ from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.post import selection
 
+if TYPE_CHECKING:
+    from mathpost.path.cl import CLData
+
 SWING = 90.0  # degrees of C between two records; more is a swing
 
 
-def data(path):
+def data(path: str) -> Path:
     """Return the path of a data file: from a folder `data` above the working folder, or from the package."""
     for folder in (Path.cwd(), *Path.cwd().parents):
         if (found := folder / "data" / path).exists():
@@ -25,34 +31,34 @@ def data(path):
 
 
 @cache
-def load(name):
+def load(name: str) -> Kinematics:
     """The kinematics of a machine of the course, by its file name."""
     return Kinematics(machine.load(data(f"machines/{name}.toml")))
 
 
 @cache
-def blade():
+def blade() -> CLData:
     """Table 1 of source 002."""
     return cl.read(data("cl/blade.cl"))
 
 
-def ellipse(turn):
+def ellipse(turn: np.ndarray) -> np.ndarray:
     """Lessons 13 and 13b: C turns once, A tilts to 60° and back, X and Y run on an ellipse; mm and radians."""
     tilt = np.radians(35 - 25 * np.cos(turn))
     return np.column_stack([80 * np.cos(turn), 60 * np.sin(turn), np.full_like(turn, 20), tilt, turn])
 
 
-def with_travel(kin, low, high):
+def with_travel(kin: Kinematics, low: float, high: float) -> Kinematics:
     """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
     return with_axis(kin, limits=(np.radians(low), np.radians(high)))
 
 
-def with_axis(kin, **how):
+def with_axis(kin: Kinematics, **how: Any) -> Kinematics:
     """The kinematics of the same machine with a different tilting axis, its first rotary one."""
     first, second = kin.machine.rotary
     return Kinematics(replace(kin.machine, rotary=(replace(first, **how), second)))
 
 
-def largest_swing(kin):
+def largest_swing(kin: Kinematics) -> float:
     """How far C turns at most from one record of the blade to the next, degrees."""
     return np.abs(np.degrees(np.diff(selection.choose(kin, blade()).joints[:, 4]))).max()

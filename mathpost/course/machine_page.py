@@ -4,7 +4,10 @@ A wrong sign of an axis is the first error that every shop makes. The words are 
 front of the machine compares them with what it does.
 """
 
+from __future__ import annotations
+
 import html
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +15,10 @@ from mathpost.course import view_machine
 from mathpost.draw.arrangement import placing
 from mathpost.post.singular import from_pole
 from mathpost.rotation import unit
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.machine import Rotary
 
 DIRECTIONS = (("to the left", "to the right"), ("to the front", "to the back"), ("down", "up"))
 LEAST = 0.2  # the smallest component of a direction that is mentioned
@@ -28,7 +35,7 @@ table { border-collapse: collapse } td, th { text-align: left; padding: 3px 14px
 p, table { font-size: 14px }</style>"""
 
 
-def words(kin):
+def words(kin: Kinematics) -> dict[str, str]:
     """Return what the positive direction of each joint does, a dict of sentences such as "X+ moves the tool up.".
 
     Seen from in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
@@ -46,7 +53,7 @@ def words(kin):
     return said
 
 
-def reach(kin):
+def reach(kin: Kinematics) -> list[str]:
     """Return sentences that say which tool axes the machine reaches."""
     derived, (near, far) = kin.inverse_symbolic, np.degrees(kin.reach)
     direction = " ".join(f"{float(x):z.3f}" for x in derived.pole)
@@ -57,7 +64,8 @@ def reach(kin):
         ]
     joint = kin.symbols.index(derived.tool_side)
     joints = np.zeros((721, 5))
-    joints[:, joint] = np.linspace(*np.clip(kin.machine.limits[joint], -np.pi, np.pi), 721)
+    low, high = np.clip(kin.machine.limits[joint], -np.pi, np.pi)
+    joints[:, joint] = np.linspace(low, high, 721)
     angles = np.degrees(from_pole(kin, kin.forward(joints)[1], (0, np.inf)))
     name, tool_side = str(derived.workpiece_side), derived.tool_side
     carried = next(axis.carries for axis in kin.machine.rotary if axis.name == name)
@@ -72,7 +80,7 @@ def reach(kin):
     return said
 
 
-def around(kin):
+def around(kin: Kinematics) -> tuple[str, str]:
     """Return what stands above and below the machine, both HTML."""
     machine, rows = kin.machine, []
     units = ["mm"] * 3 + ["°"] * len(machine.rotary)
@@ -90,20 +98,20 @@ def around(kin):
     return before, after
 
 
-def page(kin):
+def page(kin: Kinematics) -> str:
     """Return the page as HTML."""
     before, after = around(kin)
     return view_machine.machine(kin).page(kin.machine.name, before=FRAME + before, after=after, still=True)
 
 
-def _ways(direction):
+def _ways(direction: np.ndarray) -> str:
     """A direction in words, the largest component first."""
     direction = unit(direction)
     order = [axis for axis in np.argsort(-np.abs(direction)) if abs(direction[axis]) > LEAST]
     return " and ".join(DIRECTIONS[axis][int(direction[axis] > 0)] for axis in order)
 
 
-def _seen(rotary, turn, tool_axis):
+def _seen(rotary: Rotary, turn: np.ndarray, tool_axis: np.ndarray) -> str:
     """What one sees of a table or a head that turns right-handed about `turn`."""
     if rotary.carries == "workpiece":
         sides = zip(("front", "right side"), turn, strict=False)
@@ -116,7 +124,7 @@ def _seen(rotary, turn, tool_axis):
     return f"{'table' if rotary.carries == 'workpiece' else 'head'} so that {' and '.join(seen)}"
 
 
-def _iso(rotary, turn):
+def _iso(rotary: Rotary, turn: np.ndarray) -> str:
     """Whether the sign is that of ISO 841: A, B, C turn the tool right-handed about +X, +Y, +Z of the workpiece."""
     if rotary.name[0] not in "ABC":
         return "ISO 841 gives it no sign"

@@ -2,7 +2,9 @@
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import astuple, is_dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +25,7 @@ BETWEEN = re.compile(r"[\s,;、]*")
 COUNTED = ("no", "one", "two", "three", "four", "five", "six")
 
 
-def numbers(answer, asked, unit="", orders=()):
+def numbers(answer: Any, asked: str, unit: str = "", orders: Sequence[Sequence[str]] = ()) -> np.ndarray:
     """Return an answer as an array of finite floats.
 
     Each of `orders` is a tuple of names: numbers that all carry names of one of them come in its order, whatever
@@ -43,7 +45,7 @@ def numbers(answer, asked, unit="", orders=()):
     if isinstance(answer, dict):
         answer = _by_name(answer, asked, orders, answer)
     if isinstance(answer, (list, tuple)):
-        answer = [astuple(each) if is_dataclass(each) else each for each in answer]
+        answer = [astuple(each) if is_dataclass(each) and not isinstance(each, type) else each for each in answer]
     if np.asarray(answer).dtype.kind in "bcmM":
         raise TypeError("truth values, complex numbers or dates")
     array = np.asarray(answer, dtype=float)
@@ -52,7 +54,7 @@ def numbers(answer, asked, unit="", orders=()):
     return array
 
 
-def _of_text(text, asked, unit, orders):
+def _of_text(text: str, asked: str, unit: str, orders: Sequence[Sequence[str]]) -> float | list[float]:
     """The numbers of a text, one or a list."""
     bare = re.sub(r"[\[\](){}]", " ", _plain(text).replace("′", "'"))
     spelled = UNITS.get(unit, (re.escape(_plain(unit or "°")),))[0]
@@ -62,11 +64,11 @@ def _of_text(text, asked, unit, orders):
     names = "|".join([*sorted(known, key=len, reverse=True), ANY_NAME])
     word_of_text = re.compile(rf"(?:(?P<name>{names})'?\s*[=:]?\s*)?{NUMBER}", re.IGNORECASE)
     while place < len(bare):
-        word = word_of_text.match(bare, BETWEEN.match(bare, place).end())
+        word = word_of_text.match(bare, _past_marks(bare, place))
         if not word:
             raise InputError("answer", asked, brief(text))
         found.append((word["name"], float(word["number"])))
-        place = BETWEEN.match(bare, word.end()).end()
+        place = _past_marks(bare, word.end())
     values = [value for _, value in found]
     if len(found) < 2:
         return values[0] if values else []
@@ -79,7 +81,13 @@ def _of_text(text, asked, unit, orders):
     return _by_name(by_name, asked, orders, text)
 
 
-def _by_name(answer, asked, orders, written):
+def _past_marks(text: str, place: int) -> int:
+    """Where the next word begins."""
+    found = BETWEEN.match(text, place)
+    return found.end() if found else place
+
+
+def _by_name(answer: dict, asked: str, orders: Sequence[Sequence[str]], written: Any) -> list[float]:
     """The values of a dict in the order of the names that it has; an error shows the answer as `written`."""
     plain = {_plain(name).rstrip("'").casefold(): value for name, value in answer.items()}
     for order in orders:
@@ -89,23 +97,23 @@ def _by_name(answer, asked, orders, written):
     raise InputError("answer", asked, brief(written))
 
 
-def counted(size):
+def counted(size: int) -> str:
     """How many numbers, in words."""
     return f"{COUNTED[size] if size < len(COUNTED) else size} number{'' if size == 1 else 's'}"
 
 
-def bare(name):
+def bare(name: object) -> str:
     """A name without what does not matter: case, spaces, quotes, primes, brackets, degree signs."""
     text = f"{name:g}" if isinstance(name, float) else str(name)
     return re.sub(r"[\s'\"`´‘’“”′()\[\].,;_°]", "", _plain(text)).casefold()
 
 
-def _plain(text):
+def _plain(text: object) -> str:
     """A text with every kind of minus, small digit and wide letter written in the plain way."""
     return unicodedata.normalize("NFKC", str(text)).replace("−", "-")
 
 
-def brief(answer):
+def brief(answer: Any) -> str:
     """An answer as it was typed, shortened."""
     try:
         text = repr(answer)

@@ -4,6 +4,8 @@ The exercises of the lessons are in `mathpost.course.exercises.rotation` and its
 `exercises.toml`. Learners, and teachers who write exercises, use them through `mathpost.course.exercise`.
 """
 
+from __future__ import annotations
+
 import ast
 import inspect
 import json
@@ -16,12 +18,14 @@ from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from mathpost.course.answers import Written
+from mathpost.course.answers import Kind, Name, Names, Written
 from mathpost.course.typed import brief
+from mathpost.detective.misreadings import Explanation
 from mathpost.errors import InputError, MathpostError
 from mathpost.toml_table import read_toml
 
-EXERCISES: dict[str, Any] = {}
+Solution = Callable[..., Any]
+EXERCISES: dict[str, Exercise] = {}
 OPEN, WRONG, RIGHT = "not attempted yet", "not yet", "right"
 MIME = "application/vnd.mathpost+json"  # of the answer stored beside its verdict in a saved notebook
 UNREADABLE = "unreadable"
@@ -35,15 +39,15 @@ class Verdict:
     name: str  # of the exercise
     status: str  # OPEN, WRONG or RIGHT
     why: str = ""
-    answer: object = None  # as in JSON; if it could not be read, a dict that says what was found instead
+    answer: Any = None  # as in JSON; if it could not be read, a dict that says what was found instead
     edited: bool = False  # whether the saved notebook gave a different verdict
     mixup: str = ""  # the sentence that names the mix-up, if one gives this answer
     student: str = ""  # whose numbers it was judged by; "" for those of the lesson
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
 
-    def _repr_mimebundle_(self, include=None, exclude=None):
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
         data = {"answer": self.answer, "exercise": self.name}  # as sorted in a file
         return {"text/plain": str(self), MIME: data | ({"student": self.student} if self.student else {})}
 
@@ -53,37 +57,37 @@ class Exercise:
     """An exercise, made by `define`. Its functions may name arguments of the solution, and are called with them."""
 
     name: str  # one that no other exercise has
-    kind: object  # of answer, from `mathpost.course.answers`, such as ``Angle(decimals=2)``
-    solve: Callable  # its docstring says why the answer is right; its source is shown
-    slips: dict = field(default_factory=dict)  # sentence → the other arguments of `slip`, a dict
+    kind: Kind  # of answer, from `mathpost.course.answers`, such as ``Angle(decimals=2)``
+    solve: Solution  # its docstring says why the answer is right; its source is shown
+    slips: dict[str, dict[str, Any]] = field(default_factory=dict)  # sentence → the other arguments of `slip`
     hint: str = ""  # said if no mix-up gives the answer
-    complaint: Callable | None = None  # if there are many solutions: what is wrong with an answer, or ""
-    detective: Callable | None = None  # returns an `Explanation` of an answer that no slip gives
+    complaint: Callable[..., str] | None = None  # if there are many solutions: what is wrong with an answer, or ""
+    detective: Callable[..., Explanation] | None = None  # of an answer that no slip gives
     given: Callable | None = None  # what the question hands out, such as a program with an error in it
-    drawn: Callable | None = None  # ``drawn(rng)``: arguments drawn for one student, a dict
+    drawn: Callable[[random.Random], dict[str, Any]] | None = None  # arguments drawn for one student
     together: str = ""  # exercises with the same word here draw the same
     student: str = ""  # for whom the numbers were drawn; "" for those of the lesson
 
     @cached_property
-    def of(self):
+    def of(self) -> Callable[[str], Exercise]:
         """The exercise with a student's own numbers, cached; itself if it draws none."""
         return cache(lambda student: replace(self, student=student) if student and self.drawn else self)
 
     @cached_property
-    def arguments(self):
+    def arguments(self) -> dict[str, Any]:
         """The arguments of the solution: its defaults, or those drawn for the student."""
         stated = inspect.signature(self.solve).parameters.items()
         found = {name: each.default for name, each in stated if each.default is not each.empty}
-        return found | (
-            self.drawn(random.Random(f"{self.together or self.name} {self.student}")) if self.student else {}
-        )
+        if self.student and self.drawn:
+            found |= self.drawn(random.Random(f"{self.together or self.name} {self.student}"))
+        return found
 
-    def with_arguments(self, function, *values):
+    def with_arguments(self, function: Callable, *values: Any) -> Any:
         """Call a function with `values` and those arguments of the solution that it names."""
         named = list(inspect.signature(function).parameters)[len(values) :]
         return function(*values, **{key: value for key, value in self.arguments.items() if key in named})
 
-    def read(self, answer):
+    def read(self, answer: Any) -> Any:
         """Return the answer as data, or raise `InputError`."""
         try:
             return self.kind.read(answer)
@@ -92,7 +96,7 @@ class Exercise:
             raise InputError(f"exercise {self.name}", self.kind.asked, found) from None
 
     @cached_property
-    def solution(self):
+    def solution(self) -> Any:
         """The solution as data, computed once and checked by its own `complaint`."""
         value = self.read(self.with_arguments(self.solve))
         if self.complaint and (why := self.with_arguments(self.complaint, value)):
@@ -100,7 +104,7 @@ class Exercise:
         return value
 
     @cached_property
-    def mixed_up(self):
+    def mixed_up(self) -> list[tuple[str, Any]]:
         """Pairs of the sentence of each slip and the answer that it gives, as data."""
         found = [(said, self.read(self._slipped(**slip))) for said, slip in self.slips.items()]
         for said, value in found if not self.complaint else ():
@@ -108,22 +112,23 @@ class Exercise:
                 raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
         return found
 
-    def _slipped(self, answer=None, **changed):
+    def _slipped(self, answer: Any = None, **changed: Any) -> Any:
         if answer is None:
             return self.solve(**self.arguments | changed)
         return self.with_arguments(answer) if callable(answer) else answer
 
     @cached_property
-    def common(self):
+    def common(self) -> list[tuple[str, Any]]:
         """The same for the mix-ups that are common to its kind of answer."""
         found = self.kind.mixups(self.solution)
         return [(sentence, value) for sentence, value in found if not self.kind.same(value, self.solution)]
 
     @property
-    def source(self):
+    def source(self) -> str:
         """The source of the solution, without decorators and docstring."""
         lines = textwrap.dedent(inspect.getsource(self.solve)).splitlines()
-        function = ast.parse("\n".join(lines)).body[0]
+        statements = ast.parse("\n".join(lines)).body
+        function = next(each for each in statements if isinstance(each, ast.FunctionDef))
         described, *rest = function.body
         if isinstance(self.kind, Written):  # a function that the learner is to write: that alone
             return textwrap.dedent("\n".join(lines[rest[0].lineno - 1 : rest[0].end_lineno]))
@@ -136,14 +141,14 @@ class Exercise:
         return "\n".join([*plain, *head, *body])
 
     @property
-    def shown_solution(self):
+    def shown_solution(self) -> str:
         """The reason, the source of the solution, and its result."""
         reason = textwrap.fill(inspect.getdoc(self.solve) or "", 100)
         own = "".join(f"\n# {name} = {self.arguments[name]}" for name in self.arguments if self.student)
         worked = f"{self.source}{own}\n# gives {self.kind.show(self.solution)}"
         return f"{reason}\n\n{worked}" if reason else worked
 
-    def verdict(self, answer):
+    def verdict(self, answer: Any) -> Verdict:
         """Judge an answer, which may be a stored one.
 
         No answer raises an error; only an exercise that cannot compute its own solution does.
@@ -170,11 +175,11 @@ class Exercise:
         return say(WRONG, why, value, mixup=mixup)
 
     @cached_property
-    def anew(self):
+    def anew(self) -> Callable[[str], Verdict]:
         """The verdict on an answer given as JSON text, cached: a class gives few different answers."""
         return cache(lambda text: self.verdict(json.loads(text)))
 
-    def _mixup(self, value):
+    def _mixup(self, value: Any) -> str | None:
         """None if the value is right, else the first mix-up: a slip, the detective's, or a common one; or ""."""
         if self.complaint:
             return self.with_arguments(self.complaint, value) or None
@@ -186,8 +191,8 @@ class Exercise:
             return None
         found = self.with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
-            first, *rest = str(found.misreadings[0])
-            return "".join([first.upper() if first.isascii() else first, *rest, "."])  # a letter such as α stays
+            said = str(found.misreadings[0])
+            return f"{said[0].upper() if said[0].isascii() else said[0]}{said[1:]}."  # a letter such as α stays
         if named := [said for said, mistaken in self.common if self.kind.same(value, mistaken)]:
             return named[0]
         if self.kind.coarse(value, self.solution):
@@ -195,7 +200,7 @@ class Exercise:
         return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
 
 
-def define(name, kind, **how):
+def define(name: str, kind: Kind | type[Name | Names], **how: Any) -> Callable[[Solution], Solution]:
     """Make the decorated function the solution of a new `Exercise`; `how` are more of its attributes.
 
     The exercises of the lessons have their words in `exercises.toml`; if these list choices, `kind` is a class.
@@ -221,7 +226,7 @@ def define(name, kind, **how):
     my-bevel · right. The rise over the run is the tangent.
     """
 
-    def enter(solve):
+    def enter(solve: Solution) -> Solution:
         if name in EXERCISES and (there := EXERCISES[name].solve.__module__) != solve.__module__:
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
         named, slips, words = dict(getattr(solve, "slips", {})), {}, toml("exercises").get(name, {})
@@ -231,7 +236,7 @@ def define(name, kind, **how):
         if words and named:
             raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(named)}", "none")
         about = [words["about"].get] if "about" in words else []
-        asked = kind(words["choices"], *about) if "choices" in words else kind
+        asked = kind(words["choices"], *about) if isinstance(kind, type) else kind
         EXERCISES[name] = Exercise(name, asked, solve, slips | named, **{"hint": words.get("hint", "")} | how)
         return solve
 
@@ -239,20 +244,20 @@ def define(name, kind, **how):
 
 
 @cache
-def toml(name):
+def toml(name: str) -> dict[str, Any]:
     """A TOML file of this folder, parsed."""
     return read_toml(Path(__file__).with_name(f"{name}.toml"))
 
 
-def slip(sentence, answer=None, **changed):
+def slip(sentence: str, answer: Any = None, **changed: Any) -> Callable[[Solution], Solution]:
     """Add a mix-up to the exercise: the sentence to say if it leads to the learner's answer.
 
     `answer` is the wrong answer, or a function that computes it from arguments of the solution. Without it, the
     solution is called with the keywords `changed` and gives the wrong answer.
     """
 
-    def enter(solve):
-        solve.slips = {sentence: {"answer": answer, **changed}} | getattr(solve, "slips", {})
+    def enter(solve: Solution) -> Solution:
+        solve.__dict__["slips"] = {sentence: {"answer": answer, **changed}} | getattr(solve, "slips", {})
         return solve
 
     return enter

@@ -1,18 +1,28 @@
 """Views with sliders for lessons 08 to 13b: datum, head, rotation centre, RTCP zero, knots, compensation."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 import sympy as sp
 
-from mathpost.compensate.compensation import total_differential
+from mathpost.compensate.compensation import Compensator, total_differential
 from mathpost.draw import plot
-from mathpost.draw.live import Moving, printed, recorded, slider, subplots
+from mathpost.draw.live import Live, Moving, printed, recorded, slider, subplots
 from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
-from mathpost.measure.fit import coverage_factor
+from mathpost.measure.fit import Measurement, coverage_factor
+
+if TYPE_CHECKING:
+    from mathpost.machine import Rotary
+    from mathpost.measure.horizontal_head import FittedHead
+    from mathpost.measure.spline import Points
 
 K = float(coverage_factor(np.inf))  # U = K u where the noise is known
 
 
-def datum_after_rotation(centre_a, centre_b, point):
+def datum_after_rotation(centre_a: Sequence[float], centre_b: Sequence[float], point: Sequence[float]) -> Live:
     """Where A and B take a point of the part, for both stack orders, and for one common centre."""
     tables = {order: work_offset.ab_table(centre_a, centre_b, order=order) for order in ("AB", "BA")}
     common = (centre_b[0], centre_a[1], centre_b[2])
@@ -42,7 +52,7 @@ def datum_after_rotation(centre_a, centre_b, point):
     return printed(figure, moving, symbols, sliders, text, height=540)
 
 
-def five_face_head(fitted):
+def five_face_head(fitted: FittedHead) -> Live:
     """A horizontal head seen from above: its frame, its vector, and the error of the printed program."""
     table = fitted.head()
     figure, axes = subplots(size=(6.0, 5.0))
@@ -56,7 +66,7 @@ def five_face_head(fitted):
     arm, *arrows = axes.lines[-3:]
     figure.legend(loc="outside lower center", ncols=4, fontsize=8)
 
-    def update(angle):
+    def update(angle: float) -> list[str]:
         measured = angle % 360 in fitted.measured.angles
         head, kind = (fitted.measured, "measured") if measured else (table, "predicted")
         vector = head.vector(angle)
@@ -70,7 +80,9 @@ def five_face_head(fitted):
     return recorded(figure, update, slider("angle", 0, 360, 45, step=2.5), height=560)
 
 
-def _fit(measurement, errors, at, sigma):
+def _fit(
+    measurement: Measurement, errors: Sequence[sp.Expr], at: Sequence[Sequence[sp.Expr]], sigma: sp.Expr
+) -> tuple[list[list[sp.Expr]], list[sp.Expr], list[sp.Expr]]:
     """Return noisy readings, the errors found from them to first order, and their standard deviations.
 
     This is the first step of a fit from zero; for errors of some hundredths of a mm the next steps change less than
@@ -93,7 +105,7 @@ def _fit(measurement, errors, at, sigma):
     return read, list(found), [sigma * sp.sqrt(entry) for entry in inverse.diagonal()]
 
 
-def rotation_centre(rotary):
+def rotation_centre(rotary: Rotary) -> Live:
     """A C axis with errors: a ball on its table is measured over a turn, and the errors are recovered."""
     radius, heights = 150.0, (50.0, 350.0)
     ball = rotary_axis.ball(rotary)
@@ -106,8 +118,8 @@ def rotation_centre(rotary):
     spread = [K * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
     (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), Moving()
-    for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
-        dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
+    for marker, height, part in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
+        dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][part], read[1][part], strict=True)]
         moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
     left.set(xlim=(-130, 130), ylim=(-130, 130), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
     moving.line(right, "published", list(enumerate(symbols[:4])), "_", markersize=24, label="true")
@@ -125,7 +137,7 @@ def rotation_centre(rotary):
     return printed(figure, moving, symbols, sliders, [(text, *numbers)], height=560)
 
 
-def rtcp_zero():
+def rtcp_zero() -> Live:
     """A head with a wrong zero and pivot: tilted to ±ψ with two tools, they are recovered; the source errs."""
     tip, arcsec, lengths = rotary_axis.rtcp_zero(), 3600 * 180 / sp.pi, (500.0, 700.0)
     symbols = alpha, dy, dl, psi, noise = sp.symbols("alpha dy dL psi noise", real=True)
@@ -151,7 +163,7 @@ def rtcp_zero():
     return printed(figure, moving, symbols, sliders, [(said, *numbers)], height=620)
 
 
-def knot_choice(measured):
+def knot_choice(measured: Points) -> Live:
     """Splines through `spline.Points` with a slider for the number of knots: adaptive, and equally spaced."""
     order = spline.adaptive(measured, np.finfo(float).tiny).knots
     closed = measured.period is not None  # then the last knot is the first
@@ -170,7 +182,7 @@ def knot_choice(measured):
     axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=limits)
     axes.legend()
 
-    def update(knots):
+    def update(knots: float) -> list[str]:
         fewer, said = max(count for count in possible if count <= knots), []
         fits = spline.Curve(measured, order[: round(knots)]), spline.uniform(measured, fewer)
         for (name, (curve, dots)), fitted in zip(lines.items(), fits, strict=True):
@@ -183,7 +195,7 @@ def knot_choice(measured):
     return recorded(figure, update, slider("knots", fewest, len(order), 6, unit=""))
 
 
-def towards_the_pole(compensator, joints, tilt):
+def towards_the_pole(compensator: Compensator, joints: np.ndarray, tilt: int) -> Live:
     """One compensation step, whole and limited, as a slider takes joint number `tilt` of `joints` to zero.
 
     `joints` are in mm and radians; the slider is the logarithm of the tilt in degrees.
@@ -207,7 +219,7 @@ def towards_the_pole(compensator, joints, tilt):
     axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
     axes.legend()
 
-    def update(log_tilt):
+    def update(log_tilt: float) -> list[str]:
         at = int(np.argmin(np.abs(np.log10(degrees) - log_tilt)))
         for mark, (_, tip) in zip(marks, curves.values(), strict=True):
             mark.set_data([degrees[at]], [1e3 * max(tip[at], 1e-8)])

@@ -1,19 +1,30 @@
 """Several machines side by side, of lessons 03b and 04: turned together, or running one ring."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import sympy as sp
 
 from mathpost import chain
 from mathpost.draw import scene
 from mathpost.draw.arrangement import placing
-from mathpost.draw.live import formula, slider
-from mathpost.draw.scene import Line
-from mathpost.draw.solid import put
+from mathpost.draw.live import Live, TextLine, formula, slider
+from mathpost.draw.scene import Label, Line, Scene
+from mathpost.draw.solid import Solid, put
+from mathpost.errors import InputError
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
 
 _DEGREES = 180 / sp.pi
 
 
-def gallery(kinematics, *, workpiece=40.0, tool=30.0, senses=False):
+def gallery(
+    kinematics: Sequence[Kinematics], *, workpiece: float = 40.0, tool: float = 30.0, senses: bool = False
+) -> Live:
     """Several machines, turned together by two sliders, one for the rotary axis next to the workpiece, one for that
     next to the tool; their tips stay in place. Angles in degrees.
 
@@ -37,7 +48,7 @@ def gallery(kinematics, *, workpiece=40.0, tool=30.0, senses=False):
     return formula(drawn, symbols, sliders, places, text, buttons=buttons, height=height, layout="column")
 
 
-def ring(kinematics, *, radius, height, lean):
+def ring(kinematics: Sequence[Kinematics], *, radius: float, height: float, lean: float) -> Live:
     """Several machines that run one ring, tool leaning outwards, side by side: a slider for the place on it plays.
 
     The ring is given in the workpiece: mm and degrees. Each machine has the first of its two positions, all along.
@@ -46,12 +57,12 @@ def ring(kinematics, *, radius, height, lean):
     tip = sp.Matrix([radius * sp.cos(place), radius * sp.sin(place), height])
     sine, cosine = np.sin(np.radians(lean)), np.cos(np.radians(lean))
 
-    def start(kin):
+    def start(kin: Kinematics) -> tuple[float, float]:
         """The angles next to the workpiece and next to the tool at the first place, radians."""
         joints = kin.inverse([radius, 0, height], [sine, 0, cosine])[0].round(12)
         return float(joints[kin.workpiece_side]), float(joints[kin.tool_side])
 
-    def turns(kin):
+    def turns(kin: Kinematics) -> tuple[sp.Expr, sp.Expr]:
         """The first grows with the place, the second is constant."""
         beside_workpiece, beside_tool = start(kin)
         return place + beside_workpiece, beside_tool
@@ -66,16 +77,25 @@ def ring(kinematics, *, radius, height, lean):
     return formula(drawn, [place], sliders, places, text, play=0, height=390, layout="column")
 
 
-def _side_by_side(kinematics, turns, start, tip=None):
+def _side_by_side(
+    kinematics: Sequence[Kinematics],
+    turns: Callable[[Kinematics], tuple[sp.Expr, sp.Expr]],
+    start: Sequence[Any],
+    tip: sp.Matrix | None = None,
+) -> tuple[list[Scene], dict[str, sp.Matrix], list[TextLine]]:
     """Scenes of machines, their bodies' places, and a text of slides and tool axis, for `formula`.
 
     ``turns(kin)`` gives the angles of the axes next to the workpiece and next to the tool; `start` has both at the
     start in degrees, for all machines or for each. The `tip` stays in place, or is given, in the workpiece.
     """
-    places, drawn, text = {}, [], []
+    drawn = []
+    text: list[TextLine] = []
+    places: dict[str, sp.Matrix] = {}
     starts = np.broadcast_to(start, (len(kinematics), 2))
     for number, (kin, beginning) in enumerate(zip(kinematics, starts, strict=True)):
         model, derived = kin.machine, kin.inverse_symbolic
+        if kin.tool_side is None:
+            raise InputError(model.name, "a machine with two rotary axes", "one")
         picture, made = scene.machine(
             kin, title=f"{number + 1} · {model.arrangement}: {derived.workpiece_side} → {derived.tool_side}"
         )
@@ -94,7 +114,8 @@ def _side_by_side(kinematics, turns, start, tip=None):
         reach = [put(stand[body], points) for body, points in (*bodies, *lines)]
         picture.extent = np.concatenate([picture.extent, *reach])
         _, picture = scene.best(kin, picture, [begin], aspect=1.0)
-        for part in (*picture.solids, *picture.lines, *picture.labels):
+        parts: list[Solid | Line | Label] = [*picture.solids, *picture.lines, *picture.labels]
+        for part in parts:
             part.body = part.body if part.body == "bed" else f"{number} {part.body}"
         drawn.append(picture)
         if tip is None:

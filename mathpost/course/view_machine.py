@@ -1,17 +1,27 @@
 """Views of a moving machine: its joints, both solutions for one tool axis, a walk along a program."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost import codegen
 from mathpost.draw import plot, scene
-from mathpost.draw.arrangement import placing
-from mathpost.draw.live import Live, slider
+from mathpost.draw.arrangement import Arrangement, placing
+from mathpost.draw.live import Live, Slider, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, put, ring
 from mathpost.post import selection
 from mathpost.post.singular import distance, from_pole, regions
+
+if TYPE_CHECKING:
+    from mathpost.draw.part import Part
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
 
 CONE = np.radians(1.0)  # about the singular tool axes
 SAMPLES = 48  # of the tool in a part, between two blocks
@@ -20,7 +30,7 @@ IN_THE_PART = "#c0002a"
 BRANCHES = ("first branch", "second branch")
 
 
-def machine(kin):
+def machine(kin: Kinematics) -> Live:
     """A machine with a slider for each joint, mm and degrees; out of travel is reported, not forbidden.
 
     Buttons, with the tip kept in place: the pole, the limits of the tilting axis, the other solution.
@@ -32,7 +42,7 @@ def machine(kin):
     return Live(state, [codegen.body(kin, jacobian=False)], pose_text(kin, start), [drawn])
 
 
-def tool_axis(kin):
+def tool_axis(kin: Kinematics) -> Live:
     """Both solutions for one tool axis: sliders tilt, the angle from the pole, and direction about it.
 
     The singular cone on the sphere has a half angle of 5 degrees; the edge of reach is dashed.
@@ -48,7 +58,8 @@ def tool_axis(kin):
     both = kin.inverse(tip, axis)
     named = zip(BRANCHES, map(placing(kin.machine), both), strict=True)
     pair = [replace(framed, title=name, colour=plot.COLOUR[name], places=at) for name, at in named]
-    joint, limits = about["names"][about["tool_side"]], {}
+    joint = about["names"][about["tool_side"]]
+    limits: dict[float, list[str]] = {}
     for limit in about["limits"][about["tool_side"]]:
         if limit is not None:
             leaning = kin.forward(np.radians(limit) * np.eye(5)[about["tool_side"]])[1]
@@ -64,7 +75,16 @@ def tool_axis(kin):
     return Live(state, [codegen.body(kin, jacobian=False)], text, scenes, height=470, layout="column")
 
 
-def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0, part=None):
+def walk(
+    kin: Kinematics,
+    cl: CLData,
+    joints: ArrayLike | None = None,
+    *,
+    place: ArrayLike | None = None,
+    second: Kinematics | None = None,
+    start: float = 1.0,
+    part: Part | None = None,
+) -> Live:
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
     Between blocks all joints move linearly, and the true path of the tip is drawn. `joints`, shape (m, 5), mm and
@@ -79,7 +99,8 @@ def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0, part=None)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
     if second is not None:
         runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
-    scenes, state_runs, said = [], [], []
+    state_runs, said = [], []
+    scenes: list[Scene] = []
     for each, blocks, ends in runs:
         solid = None if scenes else part
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "", part=solid)
@@ -113,7 +134,7 @@ def walk(kin, cl, joints=None, *, place=None, second=None, start=1.0, part=None)
     return Live(state, printed, "; ".join(said), scenes, height=520, layout="column")
 
 
-def _about(kin):
+def _about(kin: Kinematics) -> dict[str, Any]:
     """What the browser needs of a machine besides its printed functions."""
     derived, limits = kin.inverse_symbolic, (kin.machine.limits * kin.machine.units[:, None]).round(9).tolist()
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
@@ -125,7 +146,7 @@ def _about(kin):
     return about | tool_side | {"pole": [float(x) for x in derived.pole], "reach": list(kin.reach)}
 
 
-def _joint_sliders(kin, made, start):
+def _joint_sliders(kin: Kinematics, made: Arrangement, start: np.ndarray) -> list[Slider]:
     """Sliders wide enough for every pose with the tip over the workpiece; rotary joints in degrees."""
     limits = np.degrees(kin.machine.limits[3:])
     limits = np.where(np.isfinite(limits), limits, 0.0).clip(-360, 360)
@@ -139,7 +160,7 @@ def _joint_sliders(kin, made, start):
     return [slider(name, *row, unit="mm" if name in "XYZ" else "°") for name, row in pairs]
 
 
-def _sphere(kin, axis):
+def _sphere(kin: Kinematics, axis: np.ndarray) -> Scene:
     """The tool axis on the unit sphere, the singular cones and the edge of reach."""
     turn = np.linspace(-np.pi / 2, np.pi / 2, 19)
     ball = Turned("bed", "#eef1f4", list(zip(np.cos(turn), np.sin(turn), strict=True)), np.zeros(3), np.eye(3)[2])
@@ -154,12 +175,12 @@ def _sphere(kin, axis):
     return drawn.frame(*scene.CAMERAS[0], aspect=0.8)
 
 
-def _circle(pole, angle):
+def _circle(pole: np.ndarray, angle: float) -> np.ndarray:
     """Points of the circle on the unit sphere at `angle` (radians) from the unit vector `pole`."""
     return ring(np.cos(angle) * pole, pole, np.sin(angle), 60)[[*range(60), 0]]
 
 
-def _sights(kin, cl, joints):
+def _sights(kin: Kinematics, cl: CLData, joints: np.ndarray) -> list[list]:
     """Buttons of a walk: nearest to the pole or to a limit, a change of branch, the largest swing."""
     places = {"pole": int(np.nanargmin(distance(kin, cl.axes))) + 1.0}
     room = np.abs(joints[:, 3:, None] - kin.machine.limits[3:]).min(axis=(1, 2))
@@ -175,18 +196,18 @@ def _sights(kin, cl, joints):
     return list(map(list, places.items()))
 
 
-def _list(values, digits):
+def _list(values: Iterable[float], digits: int) -> str:
     return " ".join(f"{value:z.{digits}f}" for value in values)
 
 
-def _words(kin, joints):
+def _words(kin: Kinematics, joints: np.ndarray) -> str:
     """Joints as NC words, and what is out of travel."""
     pairs = zip(kin.machine.joint_names, joints * kin.machine.units, strict=True)
     words = " ".join(f"{name}{value:z.3f}" for name, value in pairs)
     return "; ".join([words, *kin.machine.out_of_travel(joints)])
 
 
-def pose_text(kin, joints):
+def pose_text(kin: Kinematics, joints: np.ndarray) -> str:
     """A pose as a view reports it: NC words, tip, tool axis, distance from singular."""
     tip, axis = kin.forward(joints)
     said = f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}"

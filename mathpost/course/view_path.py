@@ -1,18 +1,29 @@
 """Views with sliders for lessons 05 to 06b: paths past the pole, the pole on a globe, the spline of source 002."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.live import Moving, formula, printed, recorded, slider, subplots
+from mathpost.draw.live import Button, Live, Moving, TextLine, formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import DARK, Label, Line, Scene
+from mathpost.errors import InputError
 from mathpost.path.deviation import from_arc, strays
 from mathpost.post import selection
 from mathpost.post.between_blocks import Motion
 from mathpost.post.time_law import block_times, time_law
 from mathpost.rotation import ACTIVE
 from mathpost.sources import yu_dan
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
+    from mathpost.post.ways import Crossing
 
 KEPT = np.radians(0.05)  # from the pole, where the branch may change with the tool axis kept
 TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)
@@ -22,7 +33,7 @@ AXIS = sp.Matrix([sp.sin(TILT), sp.cos(TILT) * sp.sin(DISTANCE), sp.cos(TILT) * 
 LONGITUDE = sp.atan2(AXIS[1], AXIS[0])
 
 
-def both_angles(kin):
+def both_angles(kin: Kinematics) -> Live:
     """One tool axis seen from the side and along the axis next to the workpiece, which is Z; a slider for each.
 
     The side view shows what the tool-side angle alone decides, the other what the workpiece-side angle does.
@@ -60,7 +71,7 @@ def both_angles(kin):
     return printed(figure, moving, (workpiece_side, tool_side), sliders, text, height=530)
 
 
-def past_the_pole(kin):
+def past_the_pole(kin: Kinematics) -> Live:
     """A tool that tilts in a plane at a distance from the pole: both branches of both rotary axes."""
     tilts = np.sort(np.r_[20 * np.linspace(-1, 1, 41) ** 3, -0.5, 0.5])  # dense where the workpiece-side axis turns
     pole, names = np.array(kin.inverse_symbolic.pole, dtype=float), kin.machine.joint_names[3:]
@@ -76,7 +87,7 @@ def past_the_pole(kin):
     panels[0].legend(loc="upper center", ncols=2)
     panels[1].set_xlabel("tilt of the tool in its plane, degrees")
 
-    def update(distance):
+    def update(distance: float) -> list[str]:
         plane = np.cos(np.radians(distance)) * pole + np.sin(np.radians(distance)) * across
         axes = np.outer(np.cos(np.radians(tilts)), plane) + np.outer(np.sin(np.radians(tilts)), side)
         angles = np.degrees(np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0))
@@ -91,7 +102,7 @@ def past_the_pole(kin):
     return recorded(figure, update, slider("distance", 0.1, 6.0, 3.0, step=0.1), height=520)
 
 
-def travel_limit(kin, cl, records, high):
+def travel_limit(kin: Kinematics, cl: CLData, records: Sequence[int], high: int) -> Live:
     """What each strategy chooses if the tilting axis, the first one, has a lower limit set by a slider.
 
     Between records the tool axis may sway, except in "kept", the best way that keeps it. `high` is the other limit,
@@ -121,7 +132,7 @@ def travel_limit(kin, cl, records, high):
         (dots[way],) = price.plot([], [], "o", color=plot.COLOUR[way])
     figure.legend(loc="outside lower center", ncols=7, fontsize=8)
 
-    def update(low):
+    def update(low: int) -> list[str]:
         lowest.set_ydata([low, low])
         for way, chosen in found[low].items():
             lines[way].set_ydata(np.degrees(chosen.joints[:, 3]))
@@ -132,13 +143,13 @@ def travel_limit(kin, cl, records, high):
     return recorded(figure, update, slider(f"{name} from", -30, 0, -5, step=1), height=520)
 
 
-def _stairs(x, y):
+def _stairs(x: Sequence[float], y: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     """Points of a line that jumps half-way between neighbours, where it was computed at whole numbers only."""
     edges = (np.add(x[1:], x[:-1]) / 2).repeat(2)
     return np.r_[x[0], edges, x[-1]], np.repeat(y, 2)
 
 
-def globe():
+def globe() -> Live:
     """Tool axes as points on a globe whose axis is C: sliders for distance, tilt and speed."""
     meridian = [np.array([np.sin(a), 0, np.cos(a)]) * RADIUS for a in np.linspace(0, np.pi / 3, 41)]
     scene = Scene(title="tool axes on a globe, its axis is C", azimuth=-62.0, elevation=38.0)
@@ -158,17 +169,17 @@ def globe():
     scene.labels.append(Label("C", 1.12 * meridian[-1], "longitude", DARK))
     scene.middle, scene.radius = np.array([0, 0, 0.72 * RADIUS]), 0.95 * RADIUS
     rate = sp.Abs(LONGITUDE.diff(TILT))
-    text = "longitude {:2}°; per degree of tilt it turns by {:2}°: C has to turn at {:1}°/s"
-    text = [(text, sp.deg(LONGITUDE), rate, rate * SPEED)]
+    said = "longitude {:2}°; per degree of tilt it turns by {:2}°: C has to turn at {:1}°/s"
+    text: list[TextLine] = [(said, sp.deg(LONGITUDE), rate, rate * SPEED)]
     text.append(("at the nearest point by {:2}°: at {:1}°/s", rate.subs(TILT, 0), rate.subs(TILT, 0) * SPEED))
     sliders = [slider("distance", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
     sliders.append(slider("tool speed", 1, 60, 10, unit="°/s"))
     symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](LONGITUDE)}
-    buttons = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
+    buttons: list[Button] = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
     return formula([scene], symbols, sliders, places, text, buttons=buttons)
 
 
-def pass_by(limit):
+def pass_by(limit: int) -> Live:
     """The same pass over time: longitude and its speed; `limit` is the maximum rate of C in degrees per second."""
     tilts = np.round(25 * np.linspace(-1, 1, 61) ** 3, 4)
 
@@ -187,7 +198,7 @@ def pass_by(limit):
     return printed(figure, moving, (DISTANCE, SPEED), sliders, [(text, rate.subs(TILT, 0), follows)], height=520)
 
 
-def clamped(rows):
+def clamped(rows: np.ndarray) -> Live:
     """The clamped cubic of one angle, degrees at four records `rows`: sliders t, Δt₁, Δt₂ and for both slopes."""
     t, dt_1, dt_2, times_1, times_2 = sp.symbols("t dt_1 dt_2 times_1 times_2")
     k_1, k_2 = times_1 * (rows[1] - rows[0]) / dt_1, times_2 * (rows[3] - rows[2]) / dt_2
@@ -217,11 +228,11 @@ def clamped(rows):
     return printed(figure, moving, (t, dt_1, dt_2, times_1, times_2), sliders, text, height=590)
 
 
-def smoothed(kin, cl, joints, region, *, most=60):
+def smoothed(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int], *, most: int = 60) -> Live:
     """Figure 5 of source 002 with n points, slider n, and the errors of tip and tool axis between the blocks."""
     name = kin.machine.joint_names[workpiece_side := kin.symbols.index(kin.inverse_symbolic.workpiece_side)]
     counts = np.arange(1, most + 1)
-    ways = [yu_dan.smooth(kin, cl, joints, region, n) for n in counts]
+    ways = [yu_dan.smooth(kin, cl, joints, region, int(n)) for n in counts]
     tip, axis = np.empty((2, most))
     for n, (place, rows) in enumerate(ways):
         tip[n], axis[n] = (each.max() for each in strays(kin, cl, Motion.on_part(rows, place)))
@@ -238,7 +249,7 @@ def smoothed(kin, cl, joints, region, *, most=60):
     right.set(xlabel="points n", ylabel="error between the blocks", yscale="log", ylim=(0.01, 100))
     right.legend(loc="upper right")
 
-    def update(n):
+    def update(n: float) -> list[str]:
         n = round(n)
         place, rows = ways[n - 1]
         points.set_data(place + 1, np.degrees(rows[:, workpiece_side]))
@@ -249,7 +260,7 @@ def smoothed(kin, cl, joints, region, *, most=60):
     return recorded(figure, update, slider("n", 1, most, 5, unit=""), height=470)
 
 
-def virtual_time(kin, cl, joints, region, *, n=20):
+def virtual_time(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int], *, n: int = 20) -> Live:
     """Both angles on the clamped cubic of source 002, sliders Δt₁ and Δt₂, its axis error and the path's time.
 
     `n` points are blocks; the axis error is that of the curve itself, at 201 points.
@@ -266,14 +277,16 @@ def virtual_time(kin, cl, joints, region, *, n=20):
         panel.set_ylim(ends.min() - around, ends.max() + around)
     panels[1].legend(loc="upper right")
 
-    def update(*dt):
+    def update(before: float, after: float) -> list[str]:
+        dt = before, after
         place, rows = yu_dan.smooth(kin, cl, joints, region, n, dt=dt)
         for curve, angle in zip(curves, rows[:, 3:].T, strict=True):
             curve.set_data(place + 1, np.degrees(angle))
         fine = yu_dan.smooth(kin, cl, joints, region, 199, dt=dt)[1]
         off = np.degrees(from_arc(kin.forward(fine)[1], *cl.axes[[first, last]]).max())
         path = np.concatenate([joints[:first], rows, joints[last + 1 :]])
-        asked = block_times(kin.machine, path, kin.forward(path)[0], np.full(len(path) - 1, np.nan), True)
+        no_feed, cutting = np.full(len(path) - 1, np.nan), np.ones(len(path) - 1, dtype=bool)
+        asked = block_times(kin.machine, path, kin.forward(path)[0], no_feed, cutting)
         seconds = time_law(kin.machine, path, asked).seconds[-1]
         least = np.degrees(fine[:, 3].min())
         return [f"least {names[0]} {least:.2f}°, tool axis off by {off:.2f}°, {seconds:.2f} s in {n + 1} blocks"]
@@ -282,9 +295,11 @@ def virtual_time(kin, cl, joints, region, *, n=20):
     return recorded(figure, update, *sliders, height=490)
 
 
-def moved_aside(crossing, *, most=6.0):
+def moved_aside(crossing: Crossing, *, most: float = 6.0) -> Live:
     """The tool axis moved aside by a slider's degrees: a map about the pole, and the swinging axis over time."""
     direct, kin = crossing.way("direct"), crossing.kin
+    if direct.law is None:
+        raise InputError("crossing", "one that the direct way makes", direct.reason)
     name = kin.machine.joint_names[crossing.kin.workpiece_side]
 
     figure, (chart, over_time) = subplots(1, 2, size=(8.5, 4.2))
@@ -298,9 +313,9 @@ def moved_aside(crossing, *, most=6.0):
     (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
     over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
 
-    def update(degrees):
+    def update(degrees: float) -> list[str]:
         way = crossing.way("aside", lean=np.radians(degrees))
-        if way.reason:
+        if way.law is None:
             return [way.reason]
         _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
         moved.set_data(*plot.on_pole_map(kin, axes))

@@ -1,12 +1,17 @@
 """Views with sliders for lessons 01 to 04 and 14: rotations, frames, tilted planes, several machines."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 import sympy as sp
 
 from mathpost import chain, euler
 from mathpost.detective.misreadings import COMMON
 from mathpost.draw import plot, solid
-from mathpost.draw.live import Moving, formula, printed, slider, subplots
+from mathpost.draw.live import Live, Moving, TextLine, formula, printed, slider, subplots
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, Turned, block
 from mathpost.plane import positioning
@@ -14,6 +19,10 @@ from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import ACTIVE, PASSIVE
 from mathpost.sources.recipes import zxz_right, zxz_steps
+
+if TYPE_CHECKING:
+    from mathpost.frame import Frame
+    from mathpost.machine import Machine
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of rotation; line of nodes
@@ -27,7 +36,7 @@ HOLE = 10.0  # mm from the origin of the face, down the slope
 STEPS = ("start", "turn I", "turn J", "turn K")
 
 
-def turned_point(point):
+def turned_point(point: Sequence[float]) -> Live:
     """A point in the initial frame and in one turned by ZXZ angles: sliders alpha, beta, gamma in degrees."""
     symbols, size = sp.symbols("alpha beta gamma", real=True), 0.75 * float(np.linalg.norm(point))
     turned = zxz_right(*symbols)
@@ -47,7 +56,7 @@ def turned_point(point):
     return formula([scene], symbols, sliders, {"turned": turned.T}, text)
 
 
-def _frames_and_point(point, size, extent):
+def _frames_and_point(point: Sequence[float], size: float, extent: np.ndarray) -> Scene:
     """A point, the frame that stays, and the frame that turns."""
     scene = Scene(extent=extent)
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
@@ -57,14 +66,14 @@ def _frames_and_point(point, size, extent):
     return scene
 
 
-def turns(point, angles):
+def turns(point: Sequence[float], angles: Sequence[float]) -> Live:
     """A fixed point and a frame that makes three turns one after the other: a slider from 0 to 3 that plays.
 
     The angles are those of ZXZ in degrees; the axis of the current turn is dashed. At the start two are made.
     """
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
-    F = euler.matrix("ZXZ", [t * sp.pi / 180 for t in done])
+    F: sp.Matrix = euler.matrix("ZXZ", [t * sp.pi / 180 for t in done])
     conditions = (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2), s <= 1, s > 2)
     about_z, second, first, third = (sp.Piecewise((1, when), (0, True)) for when in conditions)
     v = size * about_z * F[:, 2] + size * second * F[:, 0]
@@ -79,7 +88,7 @@ def turns(point, angles):
     return formula([scene], [s], sliders, {"turned": F}, [(text, *done, first, second, third)], height=420, play=0)
 
 
-def notations(angles=(40.0, 50.0, 30.0)):
+def notations(angles: Sequence[float] = (40.0, 50.0, 30.0)) -> Live:
     """One frame in many notations: sliders I, J, K, the ZXZ angles in degrees.
 
     The rims of the discs XY and xy meet in the line of nodes, pink; three arcs are the angles I, J and K. The axis
@@ -124,7 +133,7 @@ def notations(angles=(40.0, 50.0, 30.0)):
     return formula([scene], symbols, sliders, {"turned": F}, text, height=460)
 
 
-def cut_corner(frame, final):
+def cut_corner(frame: Frame, final: Sequence[float]) -> Live:
     """A cube with its zero in the middle of the top face and the corner (+, +, top) cut off, and a frame there.
 
     The hole stands where the drawing wants it, the drill on the frame that turns.
@@ -161,7 +170,17 @@ def cut_corner(frame, final):
     return formula([drawn], symbols, sliders, places, text, buttons=buttons, height=430)
 
 
-def third_angle(machine, i, j, k=-90.0, *, seq="+", radius=10.0, retract=1.0, run_out=0.02):
+def third_angle(
+    machine: Machine,
+    i: float,
+    j: float,
+    k: float = -90.0,
+    *,
+    seq: str = "+",
+    radius: float = 10.0,
+    retract: float = 1.0,
+    run_out: float = 0.02,
+) -> Live:
     """What the third angle, slider K, does to a boring bar and a probe, seen along Z of a tilted plane.
 
     The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
@@ -169,7 +188,7 @@ def third_angle(machine, i, j, k=-90.0, *, seq="+", radius=10.0, retract=1.0, ru
     feature's. Both are right only if the spindle's X is the feature's. Buttons take the one or the other position
     of the rotary axes; it starts with that of `seq`. Lengths in mm, angles in degrees.
     """
-    alignment = align(Plane("G68.2", [i, j, 0]).frame, machine)
+    alignment = align(Plane("G68.2", np.array([i, j, 0.0])).frame, machine)
     both = [positioning.heidenhain(alignment, (0, 0), seq=sign) for sign in "+-"]
     name = machine.rotary[alignment.tool_side].name
     K, side, turn = sp.Symbol("K", real=True), sp.Symbol("side", real=True), np.linspace(0, 2 * np.pi, 61)
@@ -201,7 +220,7 @@ def third_angle(machine, i, j, k=-90.0, *, seq="+", radius=10.0, retract=1.0, ru
         for choice in both
     ]
     first = sp.Piecewise((1, side > 0), (0, True))
-    text = [
+    text: list[TextLine] = [
         (f"{{?{said[0]}}}{{?{said[1]}}}, ρ = {{:3}}", first, 1 - first, sp.atan2(-y, x) * 180 / sp.pi),
         ("tip after the retract: {:3} mm {?clear of the wall}{?IN THE WALL}", clearance, clear, 1 - clear),
         ("centre measured by the probe: wrong by {:1} µm", 1000 * run_out * sp.sqrt((x - 1) ** 2 + y**2)),
@@ -212,25 +231,25 @@ def third_angle(machine, i, j, k=-90.0, *, seq="+", radius=10.0, retract=1.0, ru
     return printed(figure, moving, [K, side], sliders, text, buttons=buttons, height=500)
 
 
-def misreadings_apart(point, names):
+def misreadings_apart(point: Sequence[float], names: Sequence[str]) -> Live:
     """How far common misreadings take a point from the right place: sliders for the three Euler angles.
 
     `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. Where a bar vanishes, the
     angles cannot reveal that misreading.
     """
-    symbols, point = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
+    symbols, at = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
     figure, panel = subplots()
-    panel.set(xlim=(0, 2 * float(point.norm())), ylim=(len(names) - 0.5, -0.5))
+    panel.set(xlim=(0, 2 * float(at.norm())), ylim=(len(names) - 0.5, -0.5))
     panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
     bars, distances = {}, []
     for row, name in enumerate(names):
         order, signs = COMMON[name]
         first, second, third = (PASSIVE["ZXZ"[n]](signs[n] * symbols[n]) for n in order)
-        distances.append(length := ((first * second * third - zxz_right(*symbols)) * point).norm())
+        distances.append(length := ((first * second * third - zxz_right(*symbols)) * at).norm())
         (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
         bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
     start = zip(symbols, (135.0, 55.0, -90.0), strict=True)
     sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]
     said = ", ".join(f"{name} {{:3}}" for name in names)
-    text = [(f"away from the right point (0.000 cannot be seen): {said}", *distances)]
+    text: list[TextLine] = [(f"away from the right point (0.000 cannot be seen): {said}", *distances)]
     return printed(figure, bars, symbols, sliders, text, height=520)

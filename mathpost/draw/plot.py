@@ -270,7 +270,7 @@ def formulas(*pairs: tuple[str, np.ndarray | sp.Matrix]) -> Math:
     return Math(r" \qquad ".join(f"{name} = {sp.latex(m)}" for (name, _), m in zip(pairs, exact, strict=True)))
 
 
-def space(axes: Axes3D, radius: float, *, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+def space(axes: Axes3D, radius: float, *, centre: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0)) -> None:
     """Prepare three-dimensional `axes` for a cube of half-width `radius`: equal scales, no panes."""
     axes.set(**{f"{name}lim": (c - radius, c + radius) for name, c in zip("xyz", centre, strict=True)})
     axes.set_box_aspect((1, 1, 1), zoom=1.25)

@@ -98,8 +98,8 @@ class Site:
             yield Page(f"lessons/{each.name}.html", each.title, body, toc=True)
         yield Page("machines/index.html", "Machines", self.filled("machines"))
         for name, kin in self.machines.items():
-            before, after = machine_page.around(kin)
-            body = f"{before}{view_machine.machine(kin)._repr_html_()}{after}"
+            head, tail = machine_page.around(kin)
+            body = f"{head}{view_machine.machine(kin)._repr_html_()}{tail}"
             yield Page(f"machines/{name}.html", kin.machine.name, body)
         yield Page("commands/index.html", "Commands", self.filled("commands"))
         for command in self.commands:

@@ -89,6 +89,8 @@ class FileOption(Option):
     A value that is a dictionary, name → text, stands for files that are there already: those that a lesson draws.
     """
 
+    shipped: dict[str, Path]  # that come with the package, by name
+
     def __init__(self, action: argparse.Action, value: Any = None) -> None:
         several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
         drawn = value if isinstance(value, dict) else {}

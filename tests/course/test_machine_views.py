@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from mathpost.course import view_machine, view_rotation
+from mathpost import machine
+from mathpost.course import view_gallery, view_machine, view_rotation
 from mathpost.course.view_machine import SAMPLES
 from mathpost.draw import scene
 from mathpost.draw.arrangement import GREYS, arrange, placing
@@ -18,6 +19,7 @@ from mathpost.draw.part import Part, clearance
 from mathpost.draw.picture import View, camera, spread
 from mathpost.draw.scene import Scene
 from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring, smooth
+from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.rotation import unit
@@ -341,3 +343,9 @@ def test_a_page_stands_alone(dmu50v):
     output = view._repr_html_()
     assert output.count('sandbox="allow-scripts"') == 1 and 'src="data:image/png;base64,' in output
     assert len(view.picture()) < 20_000
+
+
+def test_a_gallery_refuses_a_machine_with_one_rotary_axis():
+    two, one = (Kinematics(machine.load(name)) for name in ("ac_table", "dividing_head"))
+    with pytest.raises(InputError, match="two rotary axes"):
+        view_gallery.gallery([two, one])
