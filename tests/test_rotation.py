@@ -163,6 +163,19 @@ def test_what_formulas_have_in_common_is_computed_once():
     assert value == x * y and entries == [sp.sin(sp.cos(common)), sp.exp(common)]
 
 
+@pytest.mark.parametrize("name", ["sin", "cos", "tan", "asin", "acos", "atan", "exp", "sign", "cube", "square"])
+def test_a_function_of_a_term_that_is_shared_up_to_its_sign_keeps_its_own(name):
+    """Whether x - y or y - x is met first."""
+    x, y = sp.symbols("x y", real=True)
+    powers = {"cube": lambda term: term**3, "square": lambda term: term**2}
+    ours = powers.get(name) or getattr(sp, name)
+    theirs = powers.get(name) or getattr(np, name)
+    for first in (x - y, y - x):
+        found = formula.numeric((first / 7, ours(x - y), ours(y - x)), (x, y))([0.9, 0.2], [0.3, 0.7])
+        wanted = [[theirs(term), theirs(-term)] for term in (0.6, -0.5)]
+        np.testing.assert_allclose(found[:, 1:], wanted)
+
+
 def test_whole_numbers_stay_whole_until_a_double_cannot_hold_them():
     x = sp.Symbol("x")
     assert formula.shared([1000 * x]) == ([], [1000 * x])

@@ -228,6 +228,13 @@ def test_free_axis_stays_where_it_stands():
         np.testing.assert_allclose(choose(plane, (0, 77)).angles, (0, 77), atol=1e-9)
 
 
+@pytest.mark.parametrize("side", ["+", "-"])
+def test_a_master_that_stands_at_0_is_on_either_side(side):
+    plane = align(Plane("PLANE SPATIAL", [0, 0, 30]).frame, AC)
+    np.testing.assert_allclose(heidenhain(plane, (0, 77), seq=side).angles, (0, 77), atol=1e-9)
+    np.testing.assert_allclose(heidenhain(plane, (0, 77), sym=side, symmetry=0.0).angles, (0, 77), atol=1e-9)
+
+
 def test_where_both_solutions_are_one_position_it_is_said():
     plane = align(Plane("PLANE SPATIAL", [0, 0, 30]).frame, AC)
     for choose in (fanuc, heidenhain, lambda *arguments: siemens(*arguments, direction=1)):
