@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from mathpost import chain, formula, machine, rotation
 from mathpost.errors import InputError
-from mathpost.kinematics import Kinematics
+from mathpost.kinematics import ABOVE, BELOW, Kinematics
 from tests.machines import SIDES, content, machines, random_joints
 
 TIP, AXIS = 1e-9, 1e-12  # mm, rad
@@ -24,6 +24,72 @@ def assert_round_trip(kin, joints):
     tips, axes = kin.forward(back)
     assert np.linalg.norm(tips - tip[..., None, :], axis=-1).max() < TIP
     assert np.linalg.norm(axes - axis[..., None, :], axis=-1).max() < AXIS
+
+
+def pose_by_scipy(machine, joints):
+    """Tip and tool axis in the workpiece, the chain composed of SciPy's rotations, point by point from the nose."""
+    angle = dict(zip(machine.joint_names, joints.T, strict=True))
+
+    def turn(rotary, points, sense=1):
+        axis = np.array(rotary.axis) / np.linalg.norm(rotary.axis)
+        rotation = Rotation.from_rotvec(sense * angle[rotary.name][:, None] * axis)
+        return rotation.apply(points - rotary.point) + rotary.point
+
+    tool = np.array(machine.tool_axis) / np.linalg.norm(machine.tool_axis)
+    tip = np.tile(-machine.tool_length * tool, (len(joints), 1))
+    above = tip + tool
+    programmed = {"tip": tip[0], "nose": np.zeros(3)}.get(str(machine.programmed_point))
+    programmed = np.array(machine.programmed_point) if programmed is None else programmed
+    for rotary in reversed([r for r in machine.rotary if r.carries == "tool"]):
+        tip, above = turn(rotary, tip), turn(rotary, above)
+    slide = joints[:, :3] + np.array(machine.origin) - programmed
+    tip, above = tip + slide, above + slide
+    for rotary in [r for r in machine.rotary if r.carries == "workpiece"]:
+        tip, above = turn(rotary, tip, -1), turn(rotary, above, -1)
+    return tip - machine.origin, above - tip
+
+
+@pytest.mark.parametrize("joint", range(5), ids=["X", "Y", "Z", "first rotary axis", "second rotary axis"])
+def test_the_positive_sense_of_each_joint(kin, joint):
+    """Velocities at zero: a slide along its axis, a head axis × lever, seen from a table the other way round."""
+    machine, step = kin.machine, 1e-6
+    tool = np.array(machine.tool_axis) / np.linalg.norm(machine.tool_axis)
+    home, tips = kin.forward(np.zeros(5)), kin.forward(step * np.eye(5)[joint])
+    found = [(after - before) / step for before, after in zip(home, tips, strict=True)]
+    if joint < 3:
+        wanted = np.eye(3)[joint], np.zeros(3)
+    else:
+        rotary = machine.rotary[joint - 3]
+        axis = np.array(rotary.axis) / np.linalg.norm(rotary.axis)
+        if rotary.carries == "tool":
+            wanted = np.cross(axis, -machine.tool_length * tool - rotary.point), np.cross(axis, tool)
+        else:
+            wanted = -np.cross(axis, home[0] + machine.origin - rotary.point), -np.cross(axis, tool)
+    np.testing.assert_allclose(found[0], wanted[0], atol=1e-3)
+    np.testing.assert_allclose(found[1], wanted[1], atol=1e-5)
+
+
+STEPS = {  # what is zero at the joints of a pose, in what `derive` finds
+    "the equation of the tool-side angle": lambda made, xyz: [made.equation.lhs - made.equation.rhs],
+    "the two solutions": lambda made, xyz: [
+        sp.prod(sp.sin((solution - made.tool_side) / 2) for solution in made.solutions)
+    ],
+    "the sense of the workpiece-side angle": lambda made, xyz: [
+        sp.sin((sp.atan2(*made.turn) - made.workpiece_side) / 2)
+    ],
+    "X Y Z that close the loop": lambda made, xyz: [found - q for found, q in zip(made.linear, xyz, strict=True)],
+}
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_each_step_of_the_inverse_holds_at_the_joints_of_a_pose(kin, step):
+    """Poses are SciPy's."""
+    made, joints = kin.inverse_symbolic, random_joints(kin, 90, seed=6)[50:]
+    tip, axis = pose_by_scipy(kin.machine, joints)
+    names = (*made.tip, *made.axis, BELOW, ABOVE, *kin.symbols)
+    evaluate = sp.lambdify(names, sp.Matrix(STEPS[step](made, kin.symbols[:3])), "numpy")
+    values = np.vstack([tip.T, axis.T, kin.reach_terms(axis), joints.T])
+    np.testing.assert_allclose([evaluate(*row).ravel() for row in values.T], 0, atol=1e-7)
 
 
 def test_forward_of_inverse(kin):
@@ -53,31 +119,10 @@ def test_both_branches_differ_and_the_first_tilts_up(kin):
 
 
 def test_forward_against_scipy_rotations(kin):
-    """The same chain composed of SciPy's rotations, point by point from the bed outwards."""
     joints = random_joints(kin, 300, seed=4)
-    data, angle = kin.machine, dict(zip(kin.machine.joint_names, joints.T, strict=True))
-
-    def turn(rotary, points):
-        axis = np.array(rotary.axis) / np.linalg.norm(rotary.axis)
-        rotation = Rotation.from_rotvec(angle[rotary.name][:, None] * axis)
-        return rotation.apply(points - rotary.point) + rotary.point
-
-    tool = np.array(data.tool_axis) / np.linalg.norm(data.tool_axis)
-    tip = np.tile(-data.tool_length * tool, (len(joints), 1))
-    above = tip + tool
-    programmed = {"tip": tip[0], "nose": np.zeros(3)}.get(str(data.programmed_point))
-    programmed = np.array(data.programmed_point) if programmed is None else programmed
-    for rotary in reversed([r for r in data.rotary if r.carries == "tool"]):
-        tip, above = turn(rotary, tip), turn(rotary, above)
-    slide = joints[:, :3] + np.array(data.origin) - programmed
-    tip, above = tip + slide, above + slide
-
-    got_tip, got_axis = kin.forward(joints)
-    in_machine, in_machine_above = got_tip + data.origin, got_tip + got_axis + data.origin
-    for rotary in reversed([r for r in data.rotary if r.carries == "workpiece"]):
-        in_machine, in_machine_above = turn(rotary, in_machine), turn(rotary, in_machine_above)
-    np.testing.assert_allclose(in_machine, tip, atol=1e-9)
-    np.testing.assert_allclose(in_machine_above, above, atol=1e-9)
+    tip, axis = kin.forward(joints)
+    np.testing.assert_allclose(tip, pose_by_scipy(kin.machine, joints)[0], atol=1e-9)
+    np.testing.assert_allclose(axis, pose_by_scipy(kin.machine, joints)[1], atol=1e-12)
 
 
 def test_at_rotary_zero_xyz_are_the_tip(kin):
