@@ -16,7 +16,7 @@ import numpy as np
 
 from mathpost import euler
 from mathpost.course.typed import UNITS, bare, brief, counted, numbers
-from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.digits import written_decimals
 from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics

@@ -25,7 +25,7 @@ from mathpost.course import exercises
 from mathpost.course.answers import Number
 from mathpost.course.typed import bare
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Exercise, Verdict, define, slip
-from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.digits import written_decimals
 from mathpost.errors import InputError
 from mathpost.files import read_text
 from mathpost.rotation import wrap

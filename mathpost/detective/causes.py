@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mathpost import chain
-from mathpost.detective.misreadings import Misread, Slip
+from mathpost.detective.explanation import Misread, Slip
 from mathpost.formula import numeric
 from mathpost.machine import Machine
 from mathpost.rotation import unit

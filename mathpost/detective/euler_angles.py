@@ -16,16 +16,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mathpost.detective import misreadings as reading
+from mathpost.detective.digits import half_digit, written_decimals
+from mathpost.detective.explanation import CHANCE, UNROUNDED, Explanation, Match, Slip, grouped, told
 from mathpost.detective.misreadings import (
     NOWHERE,
-    Explanation,
     Factors,
-    Slip,
     Wording,
     all_factors,
     matrices,
+    trade_name,
     wordings,
+    written,
 )
 from mathpost.errors import InputError, as_array
 from mathpost.euler import SEQUENCES
@@ -38,7 +39,7 @@ def _copied(phrase: str, cost: float = 1, **changes: tuple[int, ...]) -> tuple[S
 _Found = tuple[Factors, list[Wording], tuple[Slip, ...]]  # what fits: with the slips beside those of the factors
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
-MORE_DIGITS = Slip(reading.UNROUNDED, 0.5, "the angles were used with more digits than are given")
+MORE_DIGITS = Slip(UNROUNDED, 0.5, "the angles were used with more digits than are given")
 COPIED = (
     (),
     _copied("the answer's x and y are exchanged", order=(1, 0, 2)),
@@ -104,8 +105,8 @@ def explain(
         points=np.atleast_2d(points),
         # The columns of a matrix are where ex, ey and ez go, so a matrix is three points.
         target=target.T if is_matrix else np.atleast_2d(target),
-        half_digits=np.array([reading.half_digit(angle) for angle in np.asarray(angles, dtype=object)]),
-        decimals=reading.written_decimals(answer) if decimals is None else decimals,
+        half_digits=np.array([half_digit(angle) for angle in np.asarray(angles, dtype=object)]),
+        decimals=written_decimals(answer) if decimals is None else decimals,
         placings=placings,
         is_matrix=is_matrix,
     )
@@ -134,7 +135,7 @@ def _later(after: tuple[float, ...], added: str) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class _Match(reading.Match):
+class _Match(Match):
     """A product that fits: its factors, and its wordings, the simplest first."""
 
     factors: Factors
@@ -150,12 +151,12 @@ class _Match(reading.Match):
 
     @property
     def product(self) -> str:
-        return reading.written(self.wordings[0], self.factors)
+        return written(self.wordings[0], self.factors)
 
     @property
     def sentence(self) -> str:
         """What went wrong, in words, and whose convention that is."""
-        known_as = reading.trade_name(self.wordings[0], self.factors) if self.slips else ""
+        known_as = trade_name(self.wordings[0], self.factors) if self.slips else ""
         return super().sentence + (f" (as {known_as})" if known_as else "")
 
     def value(self, angles: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -204,13 +205,13 @@ class _Case:
         else:
             found, count = self.moved()
             tried, matches = tried + count, matches + found
-        groups = reading.grouped(matches, _product, MOST)[:SHOWN]
+        groups = grouped(matches, _product, MOST)[:SHOWN]
         misreadings = []
         for first, *others in groups:
             others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + others
             value = first.value(self.angles, self.points)
             value = value.T if self.is_matrix else value.reshape(shape)
-            misreadings.append(reading.told([first, *others], value))
+            misreadings.append(told([first, *others], value))
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
         return Explanation(tuple(misreadings), self.tolerance, tried, note)
 
@@ -223,7 +224,7 @@ class _Case:
         for factors, same, slips in found:
             placed = replace(factors, before=right.before, point=right.point)
             matches.append(_Match(placed.misread(*placing.slips, *slips), same))
-        return [match for match in matches if turned.chance(costs, match) < reading.CHANCE], count
+        return [match for match in matches if turned.chance(costs, match) < CHANCE], count
 
     def moved(self) -> tuple[list[_Match], int]:
         """Matches of several points that were moved as well as turned: the differences between them only turn."""

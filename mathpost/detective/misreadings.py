@@ -8,28 +8,20 @@ say what stands in it, and what is done to the point and to the answer: a slip c
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from decimal import Decimal, InvalidOperation
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, permutations, product
-from operator import attrgetter
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mathpost.errors import InputError
+from mathpost.detective.explanation import COST, Misread, Slip
 from mathpost.euler import from_quaternion, to_quaternion
 from mathpost.formula import from_angles
 from mathpost.rotation import PASSIVE
 
 ANGLES = "αβγ"
-COST = attrgetter("cost")
-CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
-FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
-UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
 NOWHERE = (0.0, 0.0, 0.0)
 OUTSIDE = {"before", "after", "point", "added", "quaternion", "order", "signs"}  # what is not done in the product
 PI_WRITTEN = (3.14, 3.142, 3.1416, 3.14159, 22 / 7)
@@ -96,136 +88,10 @@ MEANINGS = {
 }
 
 
-@dataclass(frozen=True)
-class Slip:
-    """One thing misread: its kind in a word, how far-fetched it is, the words for it, what changes in `Factors`."""
-
-    kind: str
-    cost: float
-    phrase: str
-    changes: dict[str, Any] = field(default_factory=dict, compare=False)
-
-
-@dataclass(frozen=True)
-class Misreading:
-    """One misreading that gives the answer; without slips it is the right way."""
-
-    sentence: str  # what was misread, as in "the final transpose is missing"
-    product: str  # the matrix product: E is a passive elementary matrix, R an active one, p the point
-    kinds: tuple[str, ...]  # of slip, such as ("transpose",)
-    value: np.ndarray  # what it gives, in the shape of the answer
-    same: tuple[str, ...]  # other wordings of the identical product, with their products
-    cost: float  # how much has to be misread: about one for each slip
-
-    def __str__(self) -> str:
-        return f"{self.sentence}: {self.product}"
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """What `explain` or `explain_joints` found."""
-
-    misreadings: tuple[Misreading, ...]  # those that give the answer, the simplest first
-    tolerance: float  # how far a misreading may be from the answer: half of the last digit written
-    tried: int  # how many were compared with it
-    note: str = ""  # how to tell several misreadings apart, or what is known if none fits
-    travel: tuple[str, ...] = ()  # sentences on rotary words outside travel, which no misreading excuses
-
-    @property
-    def explained(self) -> bool:
-        """Whether any misreading gives the answer."""
-        return bool(self.misreadings)
-
-    @property
-    def right(self) -> bool:
-        """Whether the right way gives the answer, be it with more digits of the angles than are given."""
-        return self.explained and set(self.misreadings[0].kinds) <= {UNROUNDED}
-
-    def __str__(self) -> str:
-        lines = list(map(str, self.misreadings)) or [f"No misreading explains it ({self.tried} were tried)."]
-        return "\n".join([*lines, *self.travel, *([self.note] if self.note else [])])
-
-
-class Misread(ABC):
-    """Anything with `slips`: what they cost together, and the words for them."""
-
-    @property
-    @abstractmethod
-    def slips(self) -> tuple[Slip, ...]:
-        """What was misread."""
-
-    @property
-    def cost(self) -> float:
-        return sum(slip.cost for slip in self.slips)
-
-    @property
-    def sentence(self) -> str:
-        return " and ".join(slip.phrase for slip in self.slips) or "right"
-
-
-class Match(Misread):
-    """One that gives the answer."""
-
-    @property
-    @abstractmethod
-    def product(self) -> str:
-        """What was computed, as text."""
-
-
-AnyMatch = TypeVar("AnyMatch", bound=Match)
 QUATERNION = tuple(
     Slip("quaternion", 1.25, f"the quaternion is stored as {stored} and read as {read}", {"quaternion": shift})
     for stored, read, shift in (("x y z w", "w x y z", -1), ("w x y z", "x y z w", 1))
 )
-
-
-def grouped(
-    matches: Iterable[AnyMatch], key: Callable[[AnyMatch], Hashable], most: int | None = None
-) -> list[list[AnyMatch]]:
-    """Return the matches worth telling, the least far-fetched first, in lists of those with one `key`.
-
-    The first `most` are looked at; one that has all the slips of another and more explains nothing.
-    """
-    ranked = sorted(matches, key=COST)[:most]
-    near = [match for match in ranked if match.cost <= ranked[0].cost + FAR_FETCHED]
-    groups: dict[Hashable, list[AnyMatch]] = {}
-    for match in near:
-        if not any(set(match.slips) > set(other.slips) for other in near):
-            groups.setdefault(key(match), []).append(match)
-    return list(groups.values())
-
-
-def told(group: Sequence[Match], value: np.ndarray) -> Misreading:
-    """Return the first of a group of matches, all of one `value`, as a `Misreading`; the others are the same."""
-    first, *others = group
-    near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
-    same = tuple(f"{match.sentence}: {match.product}" for match in near)
-    kinds = tuple(slip.kind for slip in first.slips)
-    return Misreading(first.sentence, first.product, kinds, value, same, first.cost)
-
-
-def written_decimals(values: ArrayLike) -> int:
-    """Return the greatest number of digits after the point that any of `values` (strings or numbers) shows.
-
-    Of a float thirteen digits count, so that the rounding of a sum such as 35.707 + 360 does not.
-    """
-    most = 0
-    for value in np.asarray(values, dtype=object).ravel():
-        text = value.strip() if isinstance(value, str) else repr(float(f"{float(value):.13g}")).removesuffix(".0")
-        try:
-            exponent = Decimal(text).as_tuple().exponent
-        except InvalidOperation:
-            exponent = "n"
-        if not isinstance(exponent, int):  # of what is infinite or no number, it is a letter
-            raise InputError("answer", "finite numbers", repr(value))
-        most = max(most, -exponent)
-    return most
-
-
-def half_digit(values: ArrayLike) -> float:
-    """Return half of the last digit of decimal fractions; 0 of whole numbers and full floats: those are exact."""
-    decimals = written_decimals(values)
-    return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
 
 
 @dataclass(frozen=True)

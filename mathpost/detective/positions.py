@@ -13,9 +13,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mathpost.detective import misreadings as reading
 from mathpost.detective.causes import Setup, causes, misread
-from mathpost.detective.misreadings import Explanation, Slip
+from mathpost.detective.digits import half_digit, written_decimals
+from mathpost.detective.explanation import CHANCE, Explanation, Match, Slip, grouped, told
 from mathpost.errors import InputError, as_array
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
@@ -88,8 +88,8 @@ def _explained(
     target = as_array(answer, wanted, "result")
     if numbers.ndim > 2 or target.shape != (*numbers.shape[:-1], wanted):
         raise InputError("result", f"shape {(*numbers.shape[:-1], wanted)}", f"shape {target.shape}")
-    decimals = reading.written_decimals(answer) if decimals is None else decimals
-    halves = [reading.half_digit(column) for column in np.atleast_2d(np.asarray(given, dtype=object)).T]
+    decimals = written_decimals(answer) if decimals is None else decimals
+    halves = [half_digit(column) for column in np.atleast_2d(np.asarray(given, dtype=object)).T]
     case = _Case(
         kinematics.machine, np.atleast_2d(numbers), np.atleast_2d(target), way, decimals, np.array(halves), together
     )
@@ -99,7 +99,7 @@ def _explained(
 
 
 @dataclass(frozen=True)
-class _Match(reading.Match):
+class _Match(Match):
     """A setup that fits, and what it gives, (n, 3) or (n, 6)."""
 
     setup: Setup
@@ -152,11 +152,11 @@ class _Case:
             matches = [setup for setup in setups if self.fits(setup)]
         size = np.abs(self.target[:, :3]).max() + np.linalg.norm(self.given[:, :3], axis=1).max()
         share = min(1.0, 2 * self.tolerance / max(size, 1e-9)) ** (2 * len(self.given))
-        if matches != [right] and tried * share > reading.CHANCE:
+        if matches != [right] and tried * share > CHANCE:
             matches = []
-        told = [_Match(setup, self.value(setup)) for setup in matches]
-        groups = reading.grouped(told, self.behaviour, 100)[:MOST] if told else []
-        misreadings = tuple(reading.told(group, group[0].value.reshape(shape)) for group in groups)
+        with_values = [_Match(setup, self.value(setup)) for setup in matches]
+        groups = grouped(with_values, self.behaviour, 100)[:MOST] if with_values else []
+        misreadings = tuple(told(group, group[0].value.reshape(shape)) for group in groups)
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known(right)
         return Explanation(misreadings, self.tolerance, tried, note, self.travel())
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost import chain
-from mathpost.detective import misreadings as reading
 from mathpost.detective.causes import MM_PER_INCH, slip
-from mathpost.detective.misreadings import Explanation, Misreading, Slip
+from mathpost.detective.digits import half_digit, written_decimals
+from mathpost.detective.explanation import CHANCE, Explanation, Match, Misreading, Slip, grouped, told
 from mathpost.detective.positions import rotary_travel
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import unit, wrap
@@ -82,8 +82,8 @@ def explain_joints(
     directions, given = as_array(axis, 3, "axis"), as_array(angles, count, "angles")
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
         raise InputError("angles", f"shape {(*directions.shape[:-1], count)}", f"shape {given.shape}")
-    decimals = reading.written_decimals(angles) if decimals is None else decimals
-    case = JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), 1e-6, reading.half_digit(axis))
+    decimals = written_decimals(angles) if decimals is None else decimals
+    case = JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), 1e-6, half_digit(axis))
     # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
     exact = case.explain(given.shape) if decimals == 0 else None
     if exact and exact.explained:
@@ -92,7 +92,7 @@ def explain_joints(
 
 
 @dataclass(frozen=True)
-class _Match(reading.Match):
+class _Match(Match):
     """A misreading that fits: what was done to the tool axis, to each angle, on which branch of each."""
 
     components: list[int]
@@ -229,10 +229,10 @@ class JointCase:
         """Rank the matches and group those that are the same for every tool axis."""
         # How many accidental matches there may be among the misreadings that are no more far-fetched.
         share = (self.half_digit / 180) ** (len(self.names) * len(self.axis))
-        believed = [match for match in matches if 8.0 ** np.ceil(match.cost) * share < reading.CHANCE]
-        groups, note = reading.grouped(believed, self.angles_of)[:8], ""
+        believed = [match for match in matches if 8.0 ** np.ceil(match.cost) * share < CHANCE]
+        groups, note = grouped(believed, self.angles_of)[:8], ""
         values = (group[0].value(self.kinematics, self.axis).reshape(shape) for group in groups)
-        misreadings = tuple(map(reading.told, groups, values))
+        misreadings = tuple(map(told, groups, values))
         if len(misreadings) > 1:
             note = self.tell_apart(groups)
         elif not misreadings:
@@ -255,12 +255,12 @@ class JointCase:
         if best is None:
             return f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
         asked, values = " ".join(f"{x:g}" for x in best[0].round(6)), best[1]
-        told = "; ".join(
+        each = "; ".join(
             f"{group[0].sentence}: {' '.join(f'{name} {x:z.3f}' for name, x in zip(self.names, row, strict=True))}"
             for group, row in zip(groups, values, strict=True)
         )
         return (
-            f"{count} misreadings give the same angles here. To tell them apart, try the tool axis {asked}: {told}."
+            f"{count} misreadings give the same angles here. To tell them apart, try the tool axis {asked}: {each}."
         )
 
     def made(self, angles: np.ndarray) -> np.ndarray:

@@ -15,9 +15,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost import euler
-from mathpost.detective import misreadings as reading
 from mathpost.detective.causes import slip
-from mathpost.detective.misreadings import Explanation, Misreading, Slip
+from mathpost.detective.digits import half_digit
+from mathpost.detective.explanation import (
+    CHANCE,
+    COST,
+    Explanation,
+    Match,
+    Misread,
+    Misreading,
+    Slip,
+    grouped,
+    told,
+)
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import as_rotation
 
@@ -73,7 +83,7 @@ class _Said:
         kinds = {3: "angles", 4: "quaternion", 9: "matrix"}
         if len(flat) not in kinds:
             raise InputError(where, "3 angles, 4 numbers of a quaternion or 9 of a matrix", f"{len(flat)}")
-        numbers, half = as_array(flat, len(flat), where), reading.half_digit(flat)
+        numbers, half = as_array(flat, len(flat), where), half_digit(flat)
         kind = kinds[len(flat)]
         if kind == "matrix":
             _near_rotation(numbers.reshape(3, 3), half, where)
@@ -98,7 +108,7 @@ def _near_rotation(matrix: np.ndarray, half: float, where: str) -> None:
 
 
 @dataclass(frozen=True)
-class _Reading(reading.Misread):
+class _Reading(Misread):
     """A way to read a rotation: axes, order, signs and unit of angles, the order of a quaternion, the inverse."""
 
     slips: tuple[Slip, ...] = ()
@@ -120,7 +130,7 @@ class _Reading(reading.Misread):
 
 
 @dataclass(frozen=True)
-class _Match(reading.Match):
+class _Match(Match):
     """A reading of the given rotation and one of the answer that agree."""
 
     given: _Reading
@@ -215,13 +225,13 @@ def _compared(given: _Said, answer: _Said) -> Explanation:
         value = right[0].given.matrix(given.kind, given.values)
         same = _Plain("the same rotation", "", (), value, (), 0.0)
         return Explanation((same,), allowed, tried, _twins(given, answer))
-    if matches and tried * min(1.0, allowed) ** 3 > reading.CHANCE:
+    if matches and tried * min(1.0, allowed) ** 3 > CHANCE:
         matches = []
-    matches.sort(key=reading.COST)
-    groups = reading.grouped(matches, lambda match: _behaviour(match, given), 100)[:MOST] if matches else []
-    told = tuple(reading.told(group, group[0].given.matrix(given.kind, given.values)) for group in groups)
+    matches.sort(key=COST)
+    groups = grouped(matches, lambda match: _behaviour(match, given), 100)[:MOST] if matches else []
+    misreadings = tuple(told(group, group[0].given.matrix(given.kind, given.values)) for group in groups)
     notes = [_difference(given, answer), *([_tell_apart(groups, given)] if len(groups) > 1 else [])]
-    return Explanation(told, allowed, tried, "\n".join(notes))
+    return Explanation(misreadings, allowed, tried, "\n".join(notes))
 
 
 class _Plain(Misreading):

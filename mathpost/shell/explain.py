@@ -19,7 +19,7 @@ from mathpost.shell.options import FILE, THREE, number
 from mathpost.shell.pose import control_lines, position_rows
 
 if TYPE_CHECKING:
-    from mathpost.detective.misreadings import Explanation
+    from mathpost.detective.explanation import Explanation
 
 ROW: dict[str, Any] = {"nargs": "+", "type": number, "action": "append"}
 

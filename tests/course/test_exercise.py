@@ -21,7 +21,7 @@ from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
 from mathpost.course.lesson_data import load
 from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
-from mathpost.detective.misreadings import Explanation, Misreading
+from mathpost.detective.explanation import Explanation, Misreading
 from mathpost.errors import InputError
 from mathpost.files import read_text
 from mathpost.frame import Frame

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from mathpost.detective.digits import written_decimals
 from mathpost.detective.euler_angles import COPIED, explain
-from mathpost.detective.misreadings import Factors, all_factors, matrices, wordings, written_decimals
+from mathpost.detective.misreadings import Factors, all_factors, matrices, wordings
 from mathpost.detective.rotary_axes import JointCase, explain_joints
 from mathpost.errors import InputError
 from mathpost.rotation import wrap

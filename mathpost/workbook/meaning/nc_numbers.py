@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from openpyxl.utils import get_column_letter
 
-from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.digits import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.workbook.meaning.calculation import nearest
 from mathpost.workbook.meaning.nc_table import ROUNDED, UNIT_LENGTH

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.digits import written_decimals
 from mathpost.workbook.sheet.place import offset
 from mathpost.workbook.sheet.tree import areas, parts_of, with_areas
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.digits import written_decimals
 from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.plane_angles import Plane

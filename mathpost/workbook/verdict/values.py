@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost import euler
-from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.digits import written_decimals
 from mathpost.workbook.meaning.label import IN_RADIANS, Role
 from mathpost.workbook.report import RIGHT, UNCLEAR, WRONG, Fault
 from mathpost.workbook.sheet.file import EMPTY
