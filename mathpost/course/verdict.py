@@ -20,7 +20,7 @@ from typing import Any
 
 from mathpost.course.answers import Kind, Name, Names, Written
 from mathpost.course.typed import brief
-from mathpost.detective.misreadings import Explanation
+from mathpost.detective.explanation import Explanation
 from mathpost.errors import InputError, MathpostError
 from mathpost.toml_table import read_toml
 
