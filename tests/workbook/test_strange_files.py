@@ -12,6 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from mathpost.errors import InputError
 from mathpost.workbook import check_file
+from mathpost.workbook.sheet.file import read
+from mathpost.workbook.sheet.graph import Graph
+from mathpost.workbook.sheet.tree import text_of
 from tests.workbook import layouts
 from tests.workbook.cells import Values, formula_of, save
 from tests.workbook.test_strangers import SHEETS, workbook
@@ -233,6 +236,17 @@ def test_numbers_that_only_names_of_the_workbook_tell(tmp_path, wrong):
     book.save(tmp_path / "named.xlsx")
     report = check_file(tmp_path / "named.xlsx")
     assert report.beside if wrong is None else report.faults[0].cell == cell
+
+
+@pytest.mark.parametrize("written", ["half", "Sheet!half", "'Sheet'!half"])
+def test_a_named_constant_may_be_written_with_its_sheet(tmp_path, written):
+    book = openpyxl.Workbook()
+    book.defined_names["half"] = DefinedName("half", attr_text="0.5")
+    book.active["A1"], book.active["B1"] = 30, f"={written}*A1"
+    book.save(tmp_path / "constant.xlsx")
+    graph = Graph(read(tmp_path / "constant.xlsx"))
+    assert text_of(graph.tree(("Sheet", 1, 2))) == "0.5*A1"
+    assert check_file(tmp_path / "constant.xlsx").status == 2  # there is nothing to judge
 
 
 # Errors, and texts where numbers are asked for.

@@ -252,7 +252,7 @@ class Given:
         above = takewhile(lambda cell: cell, (cells.get(offset(place, -n, 0)) for n in range(1, 60)))
         along = takewhile(lambda cell: cell, (cells.get(offset(place, 0, -n)) for n in range(2, 60)))
         near = (*left, *above, *along)
-        return [cell.value for cell in near if isinstance(cell.value, str)]
+        return [cell.value for cell in near if cell and isinstance(cell.value, str)]
 
 
 def may_turn(numbers: Sequence[float] | np.ndarray) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mathpost.bounds import TooLarge
 from mathpost.errors import InputError
@@ -67,7 +67,7 @@ class Cells:
         if self.work > WORK:
             raise TooLarge(f"more than {WORK // 1_000_000} million steps for {len(self.trees)} formulas")
 
-    def _typed(self, place):
+    def _typed(self, place: Place) -> Any:
         """The number or text in a cell, empty if there is nothing; None for a formula that is no text."""
         cell = self.cells.get(place, EMPTY)
         if cell.formula:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations, permutations, product
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from mathpost.workbook.sheet.place import Line, Place
     from mathpost.workbook.sheet.samples import Values
 
+Steps = tuple[int, ...]  # from a tree to a part of it
+Reference = tuple[Steps, Area]
+
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
 MOST_ROWS = 9  # from which a formula was filled
@@ -47,7 +50,7 @@ def repaired(
     graph: Graph,
     wanted: Values,
     values: Values,
-    inputs: Iterable[Place] = (),
+    inputs: Collection[Place] = (),
     windows: Iterable[Line] = (),
     period: float | None = None,
 ) -> tuple[str, str, Tree] | None:
@@ -73,7 +76,7 @@ def said(place: Place, old: Tree, new: Tree) -> str:
 
 
 def edits(
-    graph: Graph, place: Place, inputs: Iterable[Place] = (), windows: Iterable[Line] = ()
+    graph: Graph, place: Place, inputs: Collection[Place] = (), windows: Iterable[Line] = ()
 ) -> Iterator[tuple[str, Tree, Tree, Tree]]:
     """Yield (cause, part, what it may have to be, whole tree) for every single repair of the formula in `place`."""
     tree, there = graph.trees[place], graph.component.keys()
@@ -133,19 +136,19 @@ def edits(
         yield "rounded early", tree, new, new
     for (down, right), n in product(((0, 1), (1, 0)), (0, 1, 2)) if tree[0] == "area" else ():
         first, last = (tree[1].moved(k * down, k * right) for k in (-n, 2 - n))
-        line = first and last and replace(first, bottom=last.bottom, right=last.right)
-        if line and len(line.places) == 3 and there >= {*line.places}:  # a vector not divided by its length
-            new = ("/", tree, ("SQRT", ("SUMSQ", ("area", line))))
+        row = first and last and replace(first, bottom=last.bottom, right=last.right)
+        if row and len(row.places) == 3 and there >= {*row.places}:  # a vector not divided by its length
+            new = ("/", tree, ("SQRT", ("SUMSQ", ("area", row))))
             yield "wrong value", tree, new, new
     unlike = []
     for near in beside(place):  # filled from there
-        other = filled(graph, near, place)
-        more = len(areas(other)) - len(references) if other else -1
-        if other and references and more >= 0:
+        continued = filled(graph, near, place)
+        more = len(areas(continued)) - len(references) if continued else -1
+        if continued and references and more >= 0:
             if graph.form(near) == graph.form(place) or more:
-                yield "missing term" if more else "wrong reference", tree, other, other
+                yield "missing term" if more else "wrong reference", tree, continued, continued
             else:
-                unlike.append(other)
+                unlike.append(continued)
     for factor in ("*", "/") if "*" not in heads(tree) or heads(tree).isdisjoint({"+", "-"}) else ():
         new = (factor, tree, ("number", 2.0))
         yield "half angle", tree, new, new
@@ -165,7 +168,9 @@ def edits(
         yield "wrong reference", tree, new, new
 
 
-def _elsewhere(graph, place, references, inputs, windows):
+def _elsewhere(
+    graph: Graph, place: Place, references: Sequence[Reference], inputs: Collection[Place], windows: Iterable[Line]
+) -> Iterator[tuple[Steps, Area, Area | None]]:
     """Yield (path, area, other area): as the cells around have it, nearby, an input or a matrix, further up."""
     around = areas(as_around(graph, place) or ("text",))
     yield from ((*reference, new) for reference, new in zip(references, around, strict=False))
@@ -183,13 +188,13 @@ def _elsewhere(graph, place, references, inputs, windows):
         yield from ((path, area, area.moved(sign * rows, 0)) for sign in (-1, 1) for rows in far)
 
 
-def _is_block(graph, area):
+def _is_block(graph: Graph, area: Area) -> bool:
     """Whether a range of rows and columns covers just what hangs together on the sheet."""
     whole = graph.component.get(area.places[0], ())
     return min(area.shape) > 1 and len(whole) == len(area.places) and {*whole} == {*area.places}
 
 
-def _longer(area):
+def _longer(area: Area) -> Iterator[Area | None]:
     """A range with a row or a column more, or less, at each side; None where there is none."""
     for side, step in product(("top", "left", "bottom", "right"), (1, -1)) if area.shape != (1, 1) else ():
         other = replace(area, **{side: getattr(area, side) + step})
@@ -202,7 +207,7 @@ def converted(tree: Tree, function: str) -> Tree:
     return (parts[0], (function, parts[1])) if tree[0] in TRIGONOMETRY else parts
 
 
-def _functions(part, path):
+def _functions(part: Tree, path: Steps) -> Iterator[tuple[str, Tree]]:
     """Units, and one function for another."""
     name, *inner = part
     for (cause, function), back in ((TO_RADIANS, "DEGREES"), (TO_DEGREES, "RADIANS")):
@@ -238,7 +243,7 @@ def _functions(part, path):
         yield "transposed", ("TRANSPOSE", part)
 
 
-def _sums(part):
+def _sums(part: Tree) -> Iterator[tuple[str, Tree]]:
     """Yield a sum with a parenthesis, a square or a last term that was forgotten."""
     if part[0] not in ("+", "-"):
         return
@@ -255,24 +260,26 @@ def _sums(part):
     if _is_square(last) and form_of(one) == form_of(last):
         steps = [a.steps_to(b) for a, b in zip(areas(one), areas(last), strict=True)]
         more = [area.moved(*step) for area, step in zip(areas(last), steps, strict=True)]
-        yield from [("missing term", (head, part, with_areas(last, more)))] * all(more)
+        there = [area for area in more if area]
+        if len(there) == len(more):
+            yield "missing term", (head, part, with_areas(last, there))
 
 
-def _is_square(tree):
+def _is_square(tree: Tree) -> bool:
     return (tree[0] == "^" and tree[2] == ("number", 2.0)) or (tree[0] == "*" and tree[1] == tree[2])
 
 
-def _factors(tree):
+def _factors(tree: Tree) -> list[Tree]:
     """The factors of a product of matrices, from left to right."""
     return [*_factors(tree[1]), *_factors(tree[2])] if tree[0] == "MMULT" else [tree]
 
 
-def _reversed(part, path):
+def _reversed(part: Tree, path: Steps) -> Iterator[tuple[str, Tree]]:
     if part[0] in ("-", "/") and part[1][0] not in ("+", "-"):
         yield "sign" if part[0] == "-" else "wrong value", (part[0], part[2], part[1])
 
 
-def _signs(part, path):
+def _signs(part: Tree, path: Steps) -> Iterator[tuple[str, Tree]]:
     if part[0] == "minus":
         yield "sign", part[1]
     if part[0] in ("+", "-"):
@@ -282,7 +289,7 @@ def _signs(part, path):
         yield "sign", ("minus", part)
 
 
-def _exact(part):
+def _exact(part: Tree) -> Iterator[Tree]:
     """The part of a formula without its rounding."""
     if part[0] in ROUNDING:
         yield part[1]
@@ -300,7 +307,7 @@ def take_unrounded(graph: Graph, places: Collection[Place], before: Iterable[Pla
         take_unrounded(graph, dict.fromkeys(sources), before)
 
 
-def _copied(tree):
+def _copied(tree: Tree) -> Iterator[Place]:
     """Yield the cells of which a formula is but a copy, either one or the other."""
     if tree[0] == "area" and tree[1].shape == (1, 1):
         yield tree[1].places[0]

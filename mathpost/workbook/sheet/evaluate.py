@@ -12,9 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import partial, reduce
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost.workbook.sheet.formula import POWER, NotUnderstood
 
@@ -22,18 +23,25 @@ if TYPE_CHECKING:
     from mathpost.workbook.sheet.formula import Tree
 
 
-def _rounded(how):
-    def function(x, digits=0):
+Function = Callable[..., np.ndarray]  # of arrays, shape (samples, rows, columns)
+
+
+def _rounded(how: Callable[[np.ndarray], np.ndarray]) -> Function:
+    def function(x: np.ndarray, digits: np.ndarray | int = 0) -> np.ndarray:
         scale = 10.0**digits
         return np.sign(x) * how(np.abs(x) * scale) / scale
 
     return function
 
 
-def _total(reduce, each=lambda value: value, of_none=np.nan):
+def _total(
+    reduce: Callable[..., Any],
+    each: Callable[[np.ndarray], np.ndarray] = lambda value: value,
+    of_none: float = np.nan,
+) -> Function:
     """A function of all numbers together, `of_none` where there is none."""
 
-    def function(*values):
+    def function(*values: np.ndarray) -> np.ndarray:
         samples = max(map(len, values))
         parts = [v.reshape(len(v), math.prod(v.shape[1:])) for v in map(each, values)]
         parts = [v if len(v) == samples else np.repeat(v, samples, axis=0) for v in parts]
@@ -44,50 +52,50 @@ def _total(reduce, each=lambda value: value, of_none=np.nan):
     return function
 
 
-def _known(function):
+def _known(function: Function) -> Function:
     """A condition, NaN where a value that it asks about is."""
 
-    def known(*values):
+    def known(*values: ArrayLike) -> np.ndarray:
         unknown = reduce(np.logical_or, map(np.isnan, values))
         return np.where(unknown, np.nan, function(*values))
 
     return known
 
 
-def _all_known(function):
+def _all_known(function: Function) -> Function:
     """The same of all values together."""
     return lambda x, axis: np.where(np.isnan(x).any(axis=axis), np.nan, function(x, axis=axis))
 
 
-def _finite(function):
+def _finite(function: Function) -> Function:
     """A function that gives an error where it has a pole."""
 
-    def finite(*values):
+    def finite(*values: np.ndarray) -> np.ndarray:
         value = function(*values)
         return np.where(np.isfinite(value), value, np.nan)
 
     return finite
 
 
-def _index(area, row, column=None):
-    row = int(row.flat[0])
+def _index(area: np.ndarray, row: np.ndarray, column: np.ndarray | None = None) -> np.ndarray:
+    down = int(row.flat[0])
     if column is None:
-        row, column = (1, row) if area.shape[1] == 1 else (row, int(area.shape[2] == 1))  # 0 is all of them
+        down, right = (1, down) if area.shape[1] == 1 else (down, int(area.shape[2] == 1))  # 0 is all of them
     else:
-        column = int(column.flat[0])
-    if not (0 <= row <= area.shape[1] and 0 <= column <= area.shape[2]):
+        right = int(column.flat[0])
+    if not (0 <= down <= area.shape[1] and 0 <= right <= area.shape[2]):
         raise IndexError
-    area = area[:, row - 1 : row] if row else area  # 0 is all of them
-    return area[:, :, column - 1 : column] if column else area
+    area = area[:, down - 1 : down] if down else area
+    return area[:, :, right - 1 : right] if right else area
 
 
-def _sum_of_products(*values):
+def _sum_of_products(*values: np.ndarray) -> np.ndarray:
     if len({value.shape[1:] for value in values}) > 1:
         raise ValueError
     return np.prod(np.broadcast_arrays(*values), axis=0).sum(axis=(1, 2), keepdims=True)
 
 
-def _inverse(matrix):
+def _inverse(matrix: np.ndarray) -> np.ndarray:
     """The inverse, NaN at the samples where there is none."""
     known = np.isfinite(matrix).all(axis=(1, 2), keepdims=True)
     matrix = np.where(known, matrix, 0.0)

@@ -9,20 +9,26 @@ import shutil
 import signal
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from subprocess import DEVNULL
+from typing import IO, Any
+from xml.etree.ElementTree import Element
 
 import openpyxl
 from openpyxl.utils import get_column_letter, range_boundaries
+from openpyxl.workbook.defined_name import DefinedNameDict
+from openpyxl.worksheet._read_only import ReadOnlyWorksheet
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.worksheet.formula import ArrayFormula, DataTableFormula
 
 from mathpost.bounds import TooLarge
 from mathpost.errors import NUMBER, InputError, OutputError
 from mathpost.workbook.sheet.formula import Area
+from mathpost.workbook.sheet.place import Place
 from mathpost.workbook.sheet.safety import inspect
 
 COLUMN_LIMIT = 200
@@ -75,10 +81,10 @@ class Book:
     """A workbook: its sheets' names; `Cell`s by (sheet, row, column) from 1; an `Area` or formula by NAME."""
 
     path: Path
-    sheets: tuple
-    cells: dict
-    names: dict
-    notes: tuple = ()
+    sheets: tuple[str, ...]
+    cells: dict[Place, Cell]
+    names: dict[str, Area | str]
+    notes: tuple[str, ...] = ()
 
 
 def local_address(place: tuple[int, int]) -> str:
@@ -97,9 +103,10 @@ def read(path: str | PathLike[str], *, rows: int = 20_000) -> Book:
         return _read(file, path, rows)
 
 
-def _read_text(path, rows):
+def _read_text(path: Path, rows: int) -> Book:
     """Cells of a text file between commas, semicolons or tabs; a decimal comma where semicolons or tabs divide."""
-    content, cells = path.read_bytes(), {}
+    content = path.read_bytes()
+    cells: dict[Place, Cell] = {}
     try:
         lines = content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
@@ -118,9 +125,10 @@ def _read_text(path, rows):
     return Book(path, (path.stem,), cells, {})
 
 
-def _read(file, path, rows):
+def _read(file: Path, path: Path, rows: int) -> Book:
     """Read the cells of `file`, which is `path` itself or a recalculated copy of it."""
-    cells, notes = {}, []
+    cells: dict[Place, Cell] = {}
+    notes: list[str] = []
     try:
         with closing(openpyxl.load_workbook(file, read_only=True, data_only=True, keep_links=False)) as book:
             names = dict(_names(book.defined_names, ""))
@@ -143,20 +151,21 @@ def _read(file, path, rows):
 class _Parser(WorkSheetParser):
     """openpyxl's parser of a sheet: values and formulas in one pass, where it has the ones or the others."""
 
-    def __init__(self, source, sheet):
+    def __init__(self, source: IO[bytes], sheet: ReadOnlyWorksheet) -> None:
         book = sheet.parent
         formats = {"date_formats": book._date_formats, "timedelta_formats": book._timedelta_formats}
         super().__init__(source, sheet._shared_strings, data_only=True, epoch=book.epoch, **formats)
 
-    def parse_cell(self, element):
+    def parse_cell(self, element: Element) -> dict[str, Any]:
         cell = super().parse_cell(element)
         is_constant = element.find(FORMULA_TAG) is None
         return cell | {"formula": cell["value"] if is_constant else self.parse_formula(element)}
 
 
-def _cells(sheet, rows):
+def _cells(sheet: ReadOnlyWorksheet, rows: int) -> tuple[dict[Place, Cell], bool]:
     """Place → `Cell`, and whether there are more rows."""
-    cells, arrays, more = {}, [], False
+    cells: dict[Place, Cell] = {}
+    arrays, more = [], False
     with sheet._get_source() as source:
         for row, found in _Parser(source, sheet).parse():
             found = [each for each in found if each["column"] <= COLUMN_LIMIT and each["formula"] is not None]
@@ -172,9 +181,9 @@ def _cells(sheet, rows):
                 text = "=TABLE()" if isinstance(text, DataTableFormula) else text
                 text = text if isinstance(text, str) and text.startswith("=") else ""
                 cells[place] = Cell(each["value"], text, each["data_type"] == "e")
-    for (sheet, *anchor), reference, text in arrays:
+    for (title, *anchor), reference, text in arrays:
         left, top, right, bottom = range_boundaries(reference)
-        area = Area(sheet, top, left, min(bottom, rows), min(right, COLUMN_LIMIT))
+        area = Area(title, top, left, min(bottom, rows), min(right, COLUMN_LIMIT))
         for place in area.places:
             inner = cells.get(place, EMPTY)
             if not inner.formula:
@@ -182,7 +191,7 @@ def _cells(sheet, rows):
     return cells, more
 
 
-def _names(defined, own_sheet):
+def _names(defined: DefinedNameDict, own_sheet: str) -> Iterator[tuple[str, Area | str]]:
     for name, definition in defined.items():
         try:
             ((sheet, area),) = definition.destinations

@@ -127,7 +127,7 @@ class _Reader:
     sheets: Mapping[str, str]
     left: list  # levels and parts
 
-    def expression(self, least=0):
+    def expression(self, least: int = 0) -> Tree:
         left = self.operand()
         while self.tokens and self.tokens[-1].type.startswith("OPERATOR"):
             operator = self.tokens[-1].value
@@ -141,7 +141,7 @@ class _Reader:
                 raise NotUnderstood(operator.strip() or "an intersection of ranges")
         return left
 
-    def operand(self):
+    def operand(self) -> Tree:
         self.left[:] = self.left[0] - 1, self.left[1] - 1
         if min(self.left) < 0:
             raise NotUnderstood(f"a formula of more than {LEVELS} levels or {PARTS} parts")
@@ -150,7 +150,7 @@ class _Reader:
         finally:
             self.left[0] += 1
 
-    def operand_within(self):
+    def operand_within(self) -> Tree:
         token = self.tokens.pop()
         if token.type == "OPERATOR-PREFIX":
             inner = self.expression(5)  # a sign binds closer than a power: -2^2 is 4
@@ -167,16 +167,17 @@ class _Reader:
             return ("number", float(LOGICAL.get(token.value.upper(), token.value)))
         if token.subtype == "TEXT":
             return ("text", token.value[1:-1].replace('""', '"'))
-        if isinstance(text := self.names.get(token.value.upper()), str):
+        if isinstance(text := self.names.get(token.value.rpartition("!")[2].upper()), str):
             others = {n: a for n, a in self.names.items() if a != text}
             return parse(text, self.sheet, others, self.sheets, self.left)
         if token.subtype == "RANGE":
             return ("area", self.area(token.value))
         raise NotUnderstood(token.value)
 
-    def until_close(self):
+    def until_close(self) -> list[list[Tree]]:
         """The rows of expressions up to a closing parenthesis or brace; 0 where one is left out."""
-        rows, left_out = [[]], True
+        left_out = True
+        rows: list[list[Tree]] = [[]]
         while self.tokens[-1].subtype != "CLOSE":
             if is_separator := self.tokens[-1].type == "SEP":
                 rows[-1] += [("number", 0.0)] * left_out
@@ -188,10 +189,10 @@ class _Reader:
         self.tokens.pop()
         return rows
 
-    def area(self, text):
+    def area(self, text: str) -> Area:
         sheet, _, local = text.rpartition("!")
-        if local.upper() in self.names:
-            return self.names[local.upper()]
+        if isinstance(found := self.names.get(local.upper()), Area):
+            return found
         name = sheet.strip("'").replace("''", "'")
         if name and name.lower() not in self.sheets:
             raise NotUnderstood(f"the sheet {name}, which is not there")

@@ -48,7 +48,7 @@ class Graph(Links):
         """
         values, arrays, order = {**(base or {}), **given}, {}, self.order
         if only is not None and 8 * len(only) < len(order):
-            order = sorted((p for p in only if p in self.trees), key=self._position.get)
+            order = sorted((p for p in only if p in self.trees), key=lambda place: self._position[place])
         for place in order:
             if place in given or (only is not None and place not in only):
                 continue
@@ -164,19 +164,19 @@ class Graph(Links):
                 found.append(number)
         return self._stacked(found, (1, len(found)) if leaves_out else area.shape)
 
-    def _is_none(self, place, values):
+    def _is_none(self, place: Place, values: Values) -> bool:
         """Whether a cell is empty or holds a text."""
         if place in values:
-            return place in self.messages and np.isnan(values[place]).all()
+            return place in self.messages and bool(np.isnan(values[place]).all())
         return place in self.texts or place not in self.constants
 
-    def _is_truth(self, place):
+    def _is_truth(self, place: Place) -> bool:
         """Whether a cell holds TRUE or FALSE, which one program counts as a number and the other does not."""
         is_typed = isinstance(self.cells.get(place, EMPTY).value, bool)
         return is_typed or self.tree(place)[0] in {*COMPARISONS, *CONDITIONS}
 
     @staticmethod
-    def _stacked(numbers, shape):
+    def _stacked(numbers: list[np.ndarray], shape: tuple[int, int]) -> np.ndarray:
         """Values of several cells as one array, shape (samples, rows, columns)."""
         if not numbers:
             return np.zeros((1, *shape))

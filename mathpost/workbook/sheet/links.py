@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
-from functools import cached_property
+from collections.abc import Callable, Collection, Iterable
+from functools import cached_property, partial
 from graphlib import CycleError, TopologicalSorter
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,7 @@ class Links(Cells):
     all rotations, is `aside`.
     """
 
-    aside = ()
+    aside: Line = ()
 
     def used_by(self, tree: Tree) -> list[Place]:
         """The places that a tree refers to."""
@@ -59,14 +59,15 @@ class Links(Cells):
 
     def upstream(self, places: Iterable[Place], given: Collection[Place] = ()) -> set[Place]:
         """Everything that `places` depend on, themselves included; not what those `given` depend on."""
-        links = self.uses.get
-        return self._reached(places, (lambda place: None if place in given else links(place)) if given else links)
+        if not given:
+            return self._reached(places, self.uses.get)
+        return self._reached(places, lambda place: None if place in given else self.uses.get(place))
 
     def downstream(self, places: Iterable[Place]) -> set[Place]:
         """Everything that depends on `places`, themselves included."""
         return self._reached(places, self.used.get)
 
-    def _reached(self, places, links):
+    def _reached(self, places: Iterable[Place], links: Callable[[Place], Iterable[Place] | None]) -> set[Place]:
         """The places that one comes to from some, themselves included; `links(place)` are the next ones or None."""
         found = set(places)
         stack = [*found]
@@ -93,7 +94,7 @@ class Links(Cells):
                 self.circular.add(user)
 
     @cached_property
-    def _position(self):
+    def _position(self) -> dict[Place, int]:
         """Place of a formula → where it stands in `order`."""
         return {place: n for n, place in enumerate(self.order)}
 
@@ -115,7 +116,7 @@ class Links(Cells):
         found, left = [], {p for p, cell in self.cells.items() if cell.formula or self.meant[p] is not None}
         for place in sorted(left, key=self.reading_order):
             if place in left:
-                near = self._reached([place], lambda p, left=left: left.intersection(beside(p)))
+                near = self._reached([place], partial(_beside_in, left))
                 left -= near
                 found.append(tuple(sorted(near, key=self.reading_order)))
         return found
@@ -173,3 +174,7 @@ class Links(Cells):
             self.__dict__.pop(name, None)
         if len(self.trees) > MOST_FORMULAS:
             raise TooLarge(f"{len(self.trees)} formulas")
+
+
+def _beside_in(places: set[Place], place: Place) -> set[Place]:
+    return places.intersection(beside(place))

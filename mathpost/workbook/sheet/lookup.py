@@ -9,23 +9,22 @@ from __future__ import annotations
 import operator as op
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Any
 
-from mathpost.workbook.sheet.formula import Area
-
-if TYPE_CHECKING:
-    from mathpost.workbook.sheet.formula import Tree
-    from mathpost.workbook.sheet.place import Place
+from mathpost.workbook.sheet.formula import Area, Tree
+from mathpost.workbook.sheet.place import Place
 
 HOLDS = {
     "ISBLANK": lambda value: value == "",
     "ISNUMBER": lambda value: isinstance(value, float),
     "ISTEXT": lambda value: isinstance(value, str) and value != "",
 }
+Held = Callable[[Place], Any]  # what is typed at a place
+Lookup = Callable[..., Tree | None]  # of a `Held` and the arguments: a reference, or None
 COMPARED = {"=": op.eq, "<>": op.ne, "<": op.lt, ">": op.gt, "<=": op.le, ">=": op.ge}
 
 
-def resolved(tree: Tree, held: Callable[[Place], object]) -> Tree:
+def resolved(tree: Tree, held: Held) -> Tree:
     """Return a tree with a reference for every lookup that finds a cell; `held(place)` is what is typed there.
 
     Examples
@@ -43,7 +42,7 @@ def resolved(tree: Tree, held: Callable[[Place], object]) -> Tree:
         return tree
 
 
-def _held(held, tree):
+def _held(held: Held, tree: Tree) -> float | str:
     """A number or a text, in lower case, that is typed in a formula or in the cell to which it refers.
 
     Or how many cells hold a number, or anything, which row or column a cell is in, how long a text is.
@@ -60,43 +59,45 @@ def _held(held, tree):
     return _plain({"number": tree[1], "text": tree[1]}[tree[0]])
 
 
-def _plain(value):
+def _plain(value: Any) -> float | str:
     return value.lower() if isinstance(value, str) else float(value)
 
 
-def _number(held, tree):
+def _number(held: Held, tree: Tree) -> int:
     number = _held(held, tree)
-    return int(number) if isinstance(number, float) else None
+    if isinstance(number, str):
+        raise ValueError
+    return int(number)
 
 
-def _position(held, key, area, kind=1):
+def _position(held: Held, key: Tree, area: Area, kind: int = 1) -> int:
     """From 0, where a key stands in a row or a column: itself with `kind` 0, else the last not beyond it."""
-    key, cells = _held(held, key), [held(place) for place in area.places]
-    values = [None if value in (None, "") else _plain(value) for value in cells]
+    sought, cells = _held(held, key), [held(place) for place in area.places]
+    values: list[Any] = [None if value in (None, "") else _plain(value) for value in cells]
     if kind == 0:
-        return values.index(key)
-    alike = [n for n, value in enumerate(values) if type(value) is type(key)]
-    return next(n for n in alike[::-1] if (values[n] <= key if kind > 0 else values[n] >= key))
+        return values.index(sought)
+    alike = [n for n, value in enumerate(values) if type(value) is type(sought)]
+    return next(n for n in alike[::-1] if (values[n] <= sought if kind > 0 else values[n] >= sought))
 
 
-def _match(held, key, table, kind=("number", 1.0)):
+def _match(held: Held, key: Tree, table: Tree, kind: Tree = ("number", 1.0)) -> Tree:
     return "number", float(_position(held, key, table[1], _number(held, kind)) + 1)
 
 
-def _index(held, table, row, column=None):
-    area, row = table[1], _number(held, row)
+def _index(held: Held, table: Tree, row: Tree, column: Tree | None = None) -> Tree | None:
+    area, down = table[1], _number(held, row)
     if column is None:
-        row, column = (1, row) if area.shape[0] == 1 else (row, int(area.shape[1] == 1))  # 0 is all of them
+        down, right = (1, down) if area.shape[0] == 1 else (down, int(area.shape[1] == 1))  # 0 is all of them
     else:
-        column = _number(held, column)
-    if not (0 <= row <= area.shape[0] and 0 <= column <= area.shape[1]):
+        right = _number(held, column)
+    if not (0 <= down <= area.shape[0] and 0 <= right <= area.shape[1]):
         return None
-    rows = (area.top + row - 1,) * 2 if row else (area.top, area.bottom)
-    columns = (area.left + column - 1,) * 2 if column else (area.left, area.right)
+    rows = (area.top + down - 1,) * 2 if down else (area.top, area.bottom)
+    columns = (area.left + right - 1,) * 2 if right else (area.left, area.right)
     return "area", Area(area.sheet, rows[0], columns[0], rows[1], columns[1])
 
 
-def _offset(held, table, *steps):
+def _offset(held: Held, table: Tree, *steps: Tree) -> Tree:
     """The range so many rows and columns further, and of so many."""
     numbers = [_number(held, step) for step in steps]
     area = table[1].moved(*numbers[:2])
@@ -104,45 +105,48 @@ def _offset(held, table, *steps):
     return "area", replace(area, bottom=area.top + rows - 1, right=area.left + columns - 1)
 
 
-def _along(across):
+def _along(across: bool) -> Lookup:
     """VLOOKUP, or HLOOKUP, `across` the table."""
 
-    def find(held, key, table, number, near=("number", 1.0)):
-        area, number = table[1], _number(held, number)
+    def find(held: Held, key: Tree, table: Tree, number: Tree, near: Tree = ("number", 1.0)) -> Tree | None:
+        area, wanted = table[1], _number(held, number)
         line = replace(area, **({"bottom": area.top} if across else {"right": area.left}))
-        where = _position(held, key, line, int(bool(_number(held, near)))) + 1
-        place = (number, where) if across else (where, number)
+        kind = _held(held, near)
+        where = _position(held, key, line, int(isinstance(kind, float) and kind != 0)) + 1
+        place = (wanted, where) if across else (where, wanted)
         return _index(held, table, *(("number", float(n)) for n in place))
 
     return find
 
 
-def _beside(kind):
+def _beside(kind: int) -> Lookup:
     """XLOOKUP, or LOOKUP, which takes the last that is not beyond the key: what stands beside it elsewhere."""
 
-    def find(held, key, keys, table, *_):
+    def find(held: Held, key: Tree, keys: Tree, table: Tree, *_: Tree) -> Tree | None:
         where, whole = ("number", _position(held, key, keys[1], kind) + 1.0), ("number", 0.0)
         return _index(held, table, *((where, whole) if keys[1].shape[1] == 1 else (whole, where)))
 
     return find
 
 
-def _if(held, test, yes, no=("number", 0.0)):
+def _if(held: Held, test: Tree, yes: Tree, no: Tree = ("number", 0.0)) -> Tree | None:
     """The part of an IF that texts or empty cells decide."""
-    return {True: yes, False: no}.get(_decided(held, test))
+    decided = _decided(held, test)
+    return None if decided is None else yes if decided else no
 
 
-def _decided(held, test):
+def _decided(held: Held, test: Tree) -> bool | None:
     """Whether a condition holds; None if numbers decide that, which are inputs."""
     head, *parts = test
     if head == "number":
         return parts[0] != 0
     if head == "NOT":
-        return {True: False, False: True}.get(_decided(held, *parts))
+        decided = _decided(held, *parts)
+        return None if decided is None else not decided
     if head in ("AND", "OR"):
-        values, enough = [_decided(held, part) for part in parts], head == "OR"
-        return enough if enough in values else None if None in values else not enough
-    values = [_held(held, part) for part in parts]
+        truths, enough = [_decided(held, part) for part in parts], head == "OR"
+        return enough if enough in truths else None if None in truths else not enough
+    values: list[Any] = [_held(held, part) for part in parts]
     if head in HOLDS:
         return HOLDS[head](*values)
     texts = [isinstance(value, str) for value in values]
@@ -153,17 +157,17 @@ def _decided(held, test):
     return COMPARED[head](*values) if counts or all(texts) else None
 
 
-def _comparison(head):
+def _comparison(head: str) -> Lookup:
     """A comparison that texts or empty cells decide, as the number that it is in arithmetic."""
 
-    def truth(held, *parts):
+    def truth(held: Held, *parts: Tree) -> Tree | None:
         decided = _decided(held, (head, *parts))
         return None if decided is None else ("number", float(decided))
 
     return truth
 
 
-FOUND = {
+FOUND: dict[str, Lookup] = {
     **{head: _comparison(head) for head in COMPARED},
     "IF": _if,
     "MATCH": _match,

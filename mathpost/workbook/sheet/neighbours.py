@@ -11,6 +11,7 @@ import numpy as np
 
 from mathpost.detective.digits import written_decimals
 from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.samples import Values
 from mathpost.workbook.sheet.tree import areas, parts_of, with_areas
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def along(graph: Graph, place: Place) -> Iterator[Tree]:
             yield other
 
 
-def _goes_on(graph, a, b):
+def _goes_on(graph: Graph, a: Place, b: Place) -> bool:
     """Whether the formula of a cell is that of another one, filled."""
     alike = a in graph.trees and graph.form(a) == graph.form(b)
     return alike and (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
@@ -99,7 +100,7 @@ def typed_over(graph: Graph) -> dict[Place, Tree]:
     return found
 
 
-def _is_made(graph, place, tree, values):
+def _is_made(graph: Graph, place: Place, tree: Tree, values: Values) -> bool:
     """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
     number = graph.own[place]
     if number is None or not np.isfinite(number) or not graph.component.keys() >= set(graph.used_by(tree)):
@@ -115,6 +116,6 @@ def _is_made(graph, place, tree, values):
     return telling and abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
 
 
-def _numbers(tree):
+def _numbers(tree: Tree) -> int:
     """How many numbers are typed in a formula."""
     return sum(part[0] == "number" for part in parts_of(tree))

@@ -6,6 +6,7 @@ import html
 import re
 import zipfile
 import zlib
+from collections.abc import Iterable
 from os import PathLike
 
 from mathpost.errors import InputError
@@ -46,7 +47,7 @@ def inspect(path: str | PathLike[str]) -> str:
         raise InputError(str(path), "an .xlsx workbook", f"a damaged file ({error})") from None
 
 
-def _inspect_binary(path, content):
+def _inspect_binary(path: str | PathLike[str], content: bytes) -> str:
     """An old workbook: refused if it is encrypted, or holds macros or names of what reaches outside."""
 
     for found, expected, words in (
@@ -61,11 +62,11 @@ def _inspect_binary(path, content):
     return "xls"
 
 
-def _holds(content, words):
+def _holds(content: bytes, words: Iterable[str]) -> bool:
     return any(word.encode(code) in content for word in words for code in ("ascii", "utf-16-le"))
 
 
-def _inspect_text(path, content):
+def _inspect_text(path: str | PathLike[str], content: bytes) -> str:
     if not str(path).lower().endswith((".csv", ".txt", ".tsv")) or b"\0" in content:
         raise InputError(str(path), "an .xlsx workbook", "another kind of file")
     if found := OUTSIDE.search(content.decode("utf-8", "replace")):
@@ -73,7 +74,7 @@ def _inspect_text(path, content):
     return "text"
 
 
-def _inspect_members(path, archive):
+def _inspect_members(path: str | PathLike[str], archive: zipfile.ZipFile) -> str:
     members = archive.infolist()
     names = [member.filename for member in members]
     if "xl/workbook.xml" not in names and "content.xml" not in names:
@@ -101,7 +102,7 @@ def _inspect_members(path, archive):
     return "xlsx" if "xl/workbook.xml" in names else "ods"
 
 
-def _inspect_part(where, archive, member):
+def _inspect_part(where: str, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> None:
     """Look at all of a part, piece by piece: for a document type, and for formulas and names that reach outside."""
     before = b""
     with archive.open(member) as part:

@@ -49,7 +49,7 @@ def with_areas(tree: Tree, new: Iterable[Area]) -> Tree:
     """Return the tree with the areas `new` in place of its own, in their order."""
     new = iter(new)
 
-    def rebuilt(tree):
+    def rebuilt(tree: Tree) -> Tree:
         if tree[0] == "area":
             return "area", next(new)
         return tuple([rebuilt(part) if type(part) is tuple else part for part in tree])
@@ -114,6 +114,6 @@ def form_of(tree: Tree) -> str:
     return text_of(with_areas(tree, shapes))
 
 
-def _within(tree, least, sheet):
+def _within(tree: Tree, least: int, sheet: str | None) -> str:
     text = text_of(tree, sheet)
     return f"({text})" if POWER.get(tree[0], 9) <= least else text
