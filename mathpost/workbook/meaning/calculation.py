@@ -92,7 +92,7 @@ class Turn(Calculation):
     shift: Line = ()  # what is added after the rotation
     back: bool = False  # whether the point is turned back, from the turned frame
     plane: Calculation | None = None  # that has these angles
-    signs: tuple = ()  # of the angles, if the product in the text negates some
+    signs: Sequence[int] = ()  # of the angles, if the product in the text negates some
     of_length_one: bool = False  # whether the axis or quaternion is taken as it is, not divided by its length
 
     @property
@@ -150,7 +150,7 @@ class Turn(Calculation):
             self._make_mistakes(ends[0], point, point - moved[0] @ point)
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
 
-    def _make_mistakes(self, turn, point, origin):
+    def _make_mistakes(self, turn: np.ndarray, point: np.ndarray, origin: np.ndarray) -> None:
         """Set the results of somebody who subtracts the origin at the wrong place, or not at all, or adds it."""
         wrong = {
             "the origin is not taken off": turn @ point,
@@ -160,7 +160,7 @@ class Turn(Calculation):
         }
         self.mistakes = {text: _cells(vector, 3) for text, vector in wrong.items() if self.origin}
 
-    def _elements(self, values):
+    def _elements(self, values: Values) -> list[np.ndarray]:
         """The elementary matrices from left to right, each of shape (samples, 4, 4)."""
         sign = 1 if self.active else -1
         if len(self.axis) == 4:
@@ -221,11 +221,11 @@ def nearest(
     return found + turn * np.where(right[n, branch], np.round((now - found) / turn), 0), votes
 
 
-def _cells(matrix, size):
+def _cells(matrix: np.ndarray, size: int) -> np.ndarray:
     """The first rows and columns of matrices or vectors, shape (cells, samples)."""
     return matrix[:, :size, :size].reshape(SAMPLES, -1).T
 
 
-def _hamilton(p, q):
+def _hamilton(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     vector = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:], axis=0)
     return np.array([p[0] * q[0] - (p[1:] * q[1:]).sum(axis=0), *vector])

@@ -112,7 +112,7 @@ def words_of(found: Recognised, line: Sequence[Place]) -> str | None:
     return next((sequence for words, sequence in PLANE_WORDS.items() if sorted(words) == said), None)
 
 
-def _sequences(found):
+def _sequences(found: Recognised) -> tuple[str, str]:
     """The sequence of the angles that are given, and of those that are made: as the texts name them, one by one."""
     lines = [line for line in re.finditer(".+", found.text) if re.search(TURNS, line[0], re.I)]
     matches = ((line.start() + f.start(), f) for line in lines for f in SEQUENCE.finditer(line[0]))
@@ -123,5 +123,8 @@ def _sequences(found):
     if found.by == "the task" or then is None:
         return found.sequence, found.sequence
     parts = found.text[: then[0]], found.text[then[0] :]
-    both = zip((first[1], then[1]), parts, strict=True)
-    return tuple(name.lower() if re.search(FIXED, part, re.I) else name for name, part in both)
+    one, other = (
+        name.lower() if re.search(FIXED, part, re.I) else name
+        for name, part in zip((first[1], then[1]), parts, strict=True)
+    )
+    return one, other

@@ -7,9 +7,9 @@ else by what gives the most of the angles that are there. The sequence is the on
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain, permutations, product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,7 @@ SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
 EULER = r"G68\.2|EULER|EULPR|欧拉|ZXZ"
 NORMAL = r"^z|normal|法"
 NAMED = (*PLANE_WORDS, ("a", "b", "c"))
+Best = tuple[tuple[int, int, int], Plane | None]  # how well a reading fits, as of `_fits`, and the reading
 
 
 def find_planes(found: Recognised) -> Iterator[Plane]:
@@ -61,11 +62,11 @@ def find_planes(found: Recognised) -> Iterator[Plane]:
                 yield plane
 
 
-def _likeliest_first(graph, planes):
+def _likeliest_first(graph: Graph, planes: dict[Line, Best]) -> list[tuple[Line, Plane | None]]:
     """Lines and their planes: those that are right first, but for two angles of three that may be a plane."""
     wholes = [{*line} for line, (_, plane) in planes.items() if plane and len(line) == 3]
 
-    def rank(line):
+    def rank(line: Line) -> tuple:
         fits = planes[line][0]
         is_sure = fits[1] == fits[2] and not any(whole > {*line} for whole in wholes)
         return not is_sure, *(-n for n in fits), graph.reading_order(line[0])
@@ -85,7 +86,7 @@ def computed_angles(graph: Graph, others: Iterable[Place] = ()) -> set[Place]:
     return angles - converted
 
 
-def _origin(graph, place):
+def _origin(graph: Graph, place: Place) -> Place:
     """The cell from which an angle is only taken over, converted or negated."""
     while len(graph.uses.get(place, ())) == 1 and not (
         place in graph.circular or heads(graph.trees[place]) & INVERSE
@@ -94,14 +95,14 @@ def _origin(graph, place):
     return place
 
 
-def _is_of_a_table(graph, line, along):
+def _is_of_a_table(graph: Graph, line: Collection[Place], along: int) -> bool:
     """Whether each of some angles is made of what stands in its row, or its column for `along` 2, as the next."""
     leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in line}
     own = all({(q[0], q[along]) for q in found} == {(p[0], p[along])} for p, found in leaves.items())
     return own and (len({*map(graph.form, line)}) == 1 or all(len(found) > 1 for found in leaves.values()))
 
 
-def _is_given(found, place, angles):
+def _is_given(found: Recognised, place: Place, angles: set[Place]) -> bool:
     """Whether an angle is typed, or taken over from where it is."""
     graph = found.graph
     up = graph.upstream([place])
@@ -110,7 +111,7 @@ def _is_given(found, place, angles):
     return functions <= CONVERTING and len(typed) == 1 and up.isdisjoint(angles)
 
 
-def _best(found, line, others):
+def _best(found: Recognised, line: Line, others: Collection[Place]) -> Best:
     """How good the best reading of two or three cells is, and the `Plane`; None if they are none."""
     graph = found.graph
     used = graph.upstream(line) & found.typed - graph.trees.keys() - graph.upstream(others)
@@ -151,7 +152,7 @@ def _best(found, line, others):
     return best
 
 
-def _sequences(found):
+def _sequences(found: Recognised) -> tuple[str, ...]:
     """The sequences that the task or a text names, or else those of G68.2 and PLANE SPATIAL."""
     if found.by == "the task":
         return (found.sequence,)
@@ -160,7 +161,7 @@ def _sequences(found):
     return tuple(sorted(said.union(name for name, match in named.items() if match))) or ("ZXZ", "xyz")
 
 
-def _readings(found, vectors):
+def _readings(found: Recognised, vectors: Sequence[Line]) -> Iterator[dict[str, Any]]:
     """Yield which of some directions, or points, may be what."""
     if len(vectors) == 1:
         yield {"z": vectors[0]}
@@ -173,17 +174,17 @@ def _readings(found, vectors):
         yield {"corner": y[0] if y else (), "x": x, "y": z}
 
 
-def _directions(found, used, line, along):
+def _directions(found: Recognised, used: set[Place], line: set[Place], along: int) -> Iterator[list[Line]]:
     """Yield up to three triples of typed numbers, in rows or in columns, that have those `used`."""
     triples = [each for each in found.lines(used, 1) if each[0][along] != each[1][along]]
-    vectors = []
+    vectors: list[Line] = []
     for each in triples:
         taken = set().union(*vectors)
         if len(vectors) < 3 and (used - taken).intersection(each) and taken.isdisjoint(each):
             vectors.append(each)
-    for each in (vectors, *([each] for each in triples[1:])):
-        if len(used.difference(*each)) <= 1:  # one cell may be used by mistake
-            yield each
+    for several in (vectors, *([each] for each in triples[1:])):
+        if len(used.difference(*several)) <= 1:  # one cell may be used by mistake
+            yield several
     if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest that is not turned by the angles
         (first,), turned = vectors, found.graph.downstream(line)
         others = [each for each in found.all_lines if line.isdisjoint(each) and each[0][along] != each[1][along]]
@@ -193,7 +194,7 @@ def _directions(found, used, line, along):
         yield vectors + others[:1]
 
 
-def _fits(graph, plane, drawn=False):
+def _fits(graph: Graph, plane: Plane, drawn: bool = False) -> tuple[int, int, int]:
     """How many cells a reading gives, how many of them are angles, and of how many; 0 if it is none.
 
     They are those that are there, or those at directions that are drawn at random.

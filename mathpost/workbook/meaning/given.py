@@ -99,7 +99,7 @@ class Given:
                 del found[window]
         return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
-    def _turning(self):
+    def _turning(self) -> tuple[set[Place], set[Place]]:
         """What goes into a sine or cosine, directly or through cells that only convert or negate.
 
         And the `composed` of these: angles that a formula makes of other numbers, as of degrees and minutes.
@@ -127,7 +127,7 @@ class Given:
             composed = {p for p in composed if len(graph.uses[p]) == 1 or not found.issuperset(graph.uses[p])}
         return found, composed
 
-    def _passes_on(self, place, source):
+    def _passes_on(self, place: Place, source: Place) -> bool:
         """Whether a formula gives a number that it uses, but for its sign, its unit and a factor of two."""
         steps = np.array([0.0, 1.0, 300.0])  # one within a turn in radians, one beyond what is lost by rounding
         own = {p: np.full(3, number) for p, number in self.graph.own.items() if number is not None}
@@ -136,7 +136,7 @@ class Given:
         slopes = np.abs(others / steps[1:])[:, None, None]
         return abs(zero) < 1e-9 and bool((abs(slopes - factors) < 0.02 * factors).any())
 
-    def _is_meant_to(self, place):
+    def _is_meant_to(self, place: Place) -> bool:
         """Whether a cell beside a formula of one cell passes on what stands as far from it."""
         (source, *others), graph = self.graph.uses[place], self.graph
         for near in beside(place) if not others else ():
@@ -145,13 +145,13 @@ class Given:
                 return True
         return False
 
-    def _converts(self, place):
+    def _converts(self, place: Place) -> bool:
         """Whether a number that is given is 1, π, 180 or one such as π/180, or minus that."""
         factors = np.array([1.0, *CONVERSIONS])
         near = np.abs(abs(self.graph.own.get(place) or 0.0) - factors) < 1e-4 * factors
         return place in self.typed and bool(near.any())
 
-    def _scales(self, place, source):
+    def _scales(self, place: Place, source: Place) -> bool:
         """Whether a formula multiplies or divides by a cell."""
         parts = (part for part in parts_of(self.graph.tree(place)) if part[0] in ("*", "/"))
         return any(child[0] == "area" and source in child[1].places for _, *inner in parts for child in inner)
@@ -181,13 +181,14 @@ class Given:
                 found |= {p for p in whole if p in typed and not self._in_typed_line(p, whole)}
         return found
 
-    def _in_typed_line(self, place, whole):
+    def _in_typed_line(self, place: Place, whole: Line) -> bool:
         """Whether a typed number among formulas is given, not typed over one: three of its kind stand in line."""
         if self._is_of_a_point(place):
             return True
         for n in (1, 2):  # three rows or columns side by side hold numbers only, as those of points
-            typed = {p[n] for p in whole} - {p[n] for p in whole if p not in self.typed}
-            if any(typed.issuperset(range(first, first + 3)) for first in range(place[n] - 2, place[n] + 1)):
+            at = place[1:][n - 1]
+            lines = {p[n] for p in whole} - {p[n] for p in whole if p not in self.typed}
+            if any(lines.issuperset(range(first, first + 3)) for first in range(at - 2, at + 1)):
                 return True
         for down, right in ((1, 0), (0, 1)):
             line = [place]
@@ -199,7 +200,7 @@ class Given:
             row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
             if typed == 1 < len(line) and len(row) == 2:
                 return False
-            own = {p: abs(self.graph.own[p]) for p in whole if p in self.typed}
+            own = {p: abs(self.graph.own[p] or 0.0) for p in whole if p in self.typed}
             units = sum(number in (0, 1) for number in own.values())
             if typed >= 3 and (units < 6 or any(own.get(p, 0) not in (0, 1) for p in line)):
                 # A quaternion of a turn about one axis has two zeros.
@@ -208,14 +209,14 @@ class Given:
                 return False
         return place in self.turning
 
-    def _is_of_a_point(self, place):
+    def _is_of_a_point(self, place: Place) -> bool:
         """Whether x, y and z stand right beside a typed number and two others of its row or column."""
         if self._coordinate_beside(place) is None:
             return False
         lines = ([p for p in self.typed if (p[0], p[n]) == (place[0], place[n])] for n in (1, 2))
         return any({*map(self._coordinate_beside, line)} >= {(0,), (1,), (2,)} for line in lines)
 
-    def _coordinate_beside(self, place):
+    def _coordinate_beside(self, place: Place) -> tuple[int, ...] | None:
         """Which coordinate of a point the text to the left of a cell, or above it, says."""
         near = (self.graph.cells.get(offset(place, *step)) for step in ((0, -1), (-1, 0)))
         roles = (read_label(cell.value) for cell in near if cell and isinstance(cell.value, str))

@@ -51,7 +51,7 @@ class Role:
     """
 
     kind: str
-    word: tuple = ()
+    word: tuple[int, ...] = ()
 
     def __str__(self) -> str:
         letters = "xyz" if self.kind in ("coordinate", "outcome") else "αβγ"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from mathpost.workbook.meaning.label import plain, read_label
@@ -18,6 +18,9 @@ AXIS_NAMES = {"X": r"roll|滚|\br_?x\b", "Y": r"pitch|nick|俯仰|\br_?y\b", "Z"
 
 class Names(Vectors):
     """What the texts of a workbook call its vectors, angles and quaternions."""
+
+    names: Sequence[str]  # of the angles, as a product in the text has them
+    _ends: dict[Place, Place]
 
     def heading(self, triple: Line) -> str:
         """The texts before a vector, with no number in between, or above it as far; or over its column."""
@@ -95,22 +98,23 @@ class Names(Vectors):
                 label for label in map(self.label, places) if not re.search("phi|psi|theta|[φψθ]", label, re.I)
             ]
             roles = [role for role in map(read_label, labels) if role and role.kind in ("angle", "radians")]
-            named = [role.word for role in roles]
-            if len(set(named)) == 3:
-                return tuple(p for _, p in sorted(zip(named, triple, strict=True)))
+            words = [role.word for role in roles]
+            if len(set(words)) == 3:
+                return tuple(p for _, p in sorted(zip(words, triple, strict=True)))
         read = map(graph.reading_order, triple if in_line else ends)
         return tuple(p for _, p in sorted(zip(read, triple, strict=True)))
 
-    def _end(self, place):
+    def _end(self, place: Place) -> Place:
         """The last cell that an angle becomes before it goes into a sine."""
         if place not in self._ends:
             after = self.turning & self.graph.downstream([place])
             self._ends[place] = max(after, key=self.graph.calculation_order, default=place)
         return self._ends[place]
 
-    def _named_in_the_text(self, triple):
+    def _named_in_the_text(self, triple: Line) -> Line:
         """The angles in the order in which a product in the text has their names; empty if the labels do not."""
-        found, names = {}, [name.lstrip("-") for name in self.names]
+        found: dict[str, Place] = {}
+        names = [name.lstrip("-") for name in self.names]
         for place in triple:
             said = ({*names}.intersection(re.findall(r"\w+", plain(text))) for text in self.texts(place))
             found |= {name: place for name in next((words for words in said if len(words) == 1), ())}

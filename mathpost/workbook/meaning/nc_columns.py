@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise, permutations, product
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,7 @@ from mathpost.workbook.meaning.nc_roles import (
     ENOUGH_OF_ROTARY,
     Roles,
 )
-from mathpost.workbook.sheet.place import beside
+from mathpost.workbook.sheet.place import Line, Place, beside, number_along
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
@@ -36,13 +36,16 @@ SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns tha
 STATISTIC = re.compile("(?:min|max|mean|average|sum|total|mittel|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I)
 
 
+Ends = tuple[Place, Place]  # of a row or a column
+
+
 @dataclass(frozen=True)
 class Column:
     """The cells of a column, one of each row, and their numbers; `letters` is how well its heading says each."""
 
-    places: tuple
+    places: Line
     values: np.ndarray
-    letters: dict
+    letters: dict[str, float]
     typed: bool
     unit: float  # degrees of 1, if it is an angle
     said: str  # "nc" or "cl" if its heading, or that of its group, says one of the two
@@ -53,14 +56,14 @@ class Column:
 class Table:
     """Of each row the places of tip, tool axis and words; `units` are the degrees that 1 of a rotary word is."""
 
-    rows: list
-    units: tuple
-    counters: tuple = ()
-    left: tuple = ()  # rows in between that are not of the table
-    others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
-    exchanged: tuple = ()  # a cell that stands under another one's heading, and a sentence
-    source: tuple = ()  # the columns of tip and axis
-    words: tuple = ()
+    rows: list[tuple[Line, Line, Line]]
+    units: tuple[float, ...]
+    counters: Line = ()
+    left: tuple[Ends, ...] = ()  # rows in between that are not of the table
+    others: tuple[Ends, ...] = ()  # columns of numbers that are none of these, and that nobody uses
+    exchanged: tuple[Place, str] | tuple[()] = ()  # a cell that stands under another one's heading, and a sentence
+    source: tuple[Column, ...] = ()  # the columns of tip and axis
+    words: tuple[Column, ...] = ()
 
     def said(self, graph: Graph) -> str:
         """Where the columns stand."""
@@ -115,27 +118,29 @@ def find_tables(
     return [], []
 
 
-def _blocks(graph, along, single):
+def _blocks(graph: Graph, along: int, single: bool) -> tuple[list[list[Column]], list[Ends]]:
     """Lists of columns: of rows of numbers without a gap; rows are counted by the place's number `along`.
 
     With `single` each row is alone. And the first and last cells of rows that are left out, as of a largest or a
     mean.
     """
-    lines, blocks, left = {}, [], []
+    lines: dict[tuple[str, int], list[Place]] = {}
+    blocks: list[list[Column]] = []
+    left: list[Ends] = []
     for place in graph.component:
-        lines.setdefault((place[0], place[along]), []).append(place)
+        lines.setdefault((place[0], number_along(place, along)), []).append(place)
     lines = {line: places for line, places in lines.items() if len(places) >= SMALLEST}
     for place, cell in graph.cells.items():
-        if STATISTIC.fullmatch(str(cell.value).strip()) and (place[0], place[along]) in lines:
-            places = lines.pop((place[0], place[along]))
+        if STATISTIC.fullmatch(str(cell.value).strip()) and (place[0], number_along(place, along)) in lines:
+            places = lines.pop((place[0], number_along(place, along)))
             left += [(min(places), max(places))] * _are_typed(graph, places)
     while lines:
         sheet, first = min(lines, key=lambda line: (graph.numbers[line[0]], line[1]))
-        run = []
+        run: list[list[Place]] = []
         while (sheet, first + len(run)) in lines and not (single and run):
             run.append(lines.pop((sheet, first + len(run))))
-        counted = Counter(place[3 - along] for places in run for place in places)
-        own = {place[3 - along] for place in run[0]}  # below which a blank is the word before
+        counted = Counter(number_along(place, 3 - along) for places in run for place in places)
+        own = {number_along(place, 3 - along) for place in run[0]}  # below which a blank is the word before
         numbers = sorted(number for number, count in counted.items() if 2 * count > len(run) or number in own)
         if SMALLEST <= len(numbers) <= LARGEST:
             found = [_column(graph, sheet, range(first, first + len(run)), n, along) for n in numbers]
@@ -145,13 +150,14 @@ def _blocks(graph, along, single):
     return blocks, left
 
 
-def _column(graph, sheet, lines, number, along):
+def _column(graph: Graph, sheet: str, lines: range, number: int, along: int) -> Column:
     """The column, or row, of a number, with what the three nearest texts before it say."""
 
-    def place(line):
+    def place(line: int) -> Place:
         return (sheet, line, number) if along == 1 else (sheet, number, line)
 
-    texts, raw = [], set()
+    texts: list[str] = []
+    raw: set[str] = set()
     for line in range(lines[0] - 1, 0, -1):
         cell = graph.cells.get(place(line))
         if cell and isinstance(cell.value, str) and len(texts) < 3:
@@ -169,12 +175,12 @@ def _column(graph, sheet, lines, number, along):
     return Column(places, values, letters, typed, unit, said, 0.5 * says_degrees - 0.75 * (unit > 1))
 
 
-def _or_before(before, number):
+def _or_before(before: float, number: float | None) -> float:
     """A number or, where there is none, the one before, as of words that say only what changes."""
     return before if number is None else number
 
 
-def _table(graph, kinematics, columns, enough):
+def _table(graph: Graph, kinematics: Kinematics, columns: list[Column], enough: tuple[int, int]) -> Table | None:
     """The `Table` in some columns, or None."""
     count = len(columns[0].places)
     sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
@@ -194,40 +200,43 @@ def _table(graph, kinematics, columns, enough):
     if 2 * sum(kept) <= count:
         return None
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
-    rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
-    left = [
+    rows = []
+    for row in (row for row in range(count) if kept[row]):
+        at_tip, at_axis, at_words = (tuple(places[row] for places in part) for part in cells)
+        rows.append((at_tip, at_axis, at_words))
+    unlike = [
         [c.places[row] for c in columns if c.places[row] in graph.component]
         for row in range(count)
         if not kept[row]
     ]
-    left = [(places[0], places[-1]) for places in left if _are_typed(graph, places)]
+    left = [(places[0], places[-1]) for places in unlike if _are_typed(graph, places)]
     others = [c for n, c in enumerate(columns) if n not in (*roles["tip"], *roles["axis"], *tip, *axis, *words)]
-    others = [c.places for c in others if c.typed and not _is_count(c.values)]
-    others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
+    unused = [c.places for c in others if c.typed and not _is_count(c.values)]
+    ends = [(places[0], places[-1]) for places in unused if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[-2:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
-    parts = [[columns[n] for n in part] for part in (tip, axis, words)]
-    exchanged = headings_exchanged(graph, kinematics, *parts, stand_apart(tip, axis, words))
-    columns = tuple(source), tuple(columns[n] for n in words)
-    return Table(rows, units, counters, tuple(left), tuple(others), exchanged, *columns)
+    of_tip, of_axis, of_words = ([columns[n] for n in part] for part in (tip, axis, words))
+    exchanged = headings_exchanged(graph, kinematics, of_tip, of_axis, of_words, stand_apart(tip, axis, words))
+    return Table(rows, units, counters, tuple(left), tuple(ends), exchanged, tuple(source), tuple(of_words))
 
 
-def _are_typed(graph, places):
+def _are_typed(graph: Graph, places: Iterable[Place]) -> bool:
     """Whether there are numbers among some cells that no formula makes: formulas are judged beside a table."""
     return any(p in graph.component and p not in graph.trees for p in places)
 
 
-def _is_count(values):
+def _is_count(values: np.ndarray) -> bool:
     """Whether these are the numbers of blocks or points."""
     steps = np.unique(np.diff(values))
     return len(steps) == 1 and steps[0] >= 1 and not (values % 1).any()
 
 
-def _sources(graph, columns, chosen):
+def _sources(graph: Graph, columns: list[Column], chosen: Sequence[int]) -> Sequence[int]:
     """The columns of typed numbers that a tip, or a direction, is but copied or normalised from; else its own."""
     if all(columns[n].typed for n in chosen):
         return chosen
-    votes, of = Counter(), {p: n for n, column in enumerate(columns) for p in column.places}
+    votes: Counter[tuple[int, ...]] = Counter()
+    of = {p: n for n, column in enumerate(columns) for p in column.places}
     for cells in zip(*(columns[n].places for n in chosen), strict=True):
         used = [p for p in graph.upstream(cells) - graph.trees.keys() if p in of]
         votes[tuple(sorted({of[p] for p in used}))] += 1

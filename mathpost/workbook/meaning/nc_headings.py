@@ -47,7 +47,7 @@ def letters_of(heading: str) -> dict[str, float]:
 def stand_apart(tip: Sequence[int], axis: Sequence[int], words: Sequence[int]) -> bool:
     """Whether the tip stands beside the rotary words, and X Y Z beside the tool axis, as the other way round."""
 
-    def near(part, other):
+    def near(part: Sequence[int], other: Sequence[int]) -> bool:
         return min((abs(a - b) for a in part for b in other), default=0) == 1
 
     linear, rotary = words[-5:-2], words[-2:]

@@ -72,7 +72,7 @@ def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> It
                 yield row.results[k - 5], cause, f"{name} is {word:.6g}, the tool axis demands {should:.6g}"
 
 
-def _half_digits(numbers):
+def _half_digits(numbers: np.ndarray) -> np.ndarray:
     """Half of the last digit of numbers written to as many decimals, or to as many digits, as the longest has."""
     single, least = numbers.astype(np.float32), np.full(numbers.shape, 1e-9)
     if written_decimals(numbers) > 8 and np.allclose(numbers, single, rtol=1e-12, atol=0):  # numbers of four bytes

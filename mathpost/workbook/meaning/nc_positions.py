@@ -163,6 +163,6 @@ class Positions:
         return bool(re.search(IN_RADIANS, normal(beside))) or any(same(turned[p], self.base[p]) for p in after)
 
 
-def _fit(values, wanted):
+def _fit(values: np.ndarray, wanted: np.ndarray) -> float:
     """How many of some samples are one of those wanted, shape (samples, n)."""
     return (np.abs(wrap(values[:, None] - wanted)) < CLOSE).any(axis=1).mean()

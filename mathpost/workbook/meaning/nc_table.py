@@ -23,13 +23,15 @@ from mathpost.workbook.meaning.nc_columns import Table, find_tables
 from mathpost.workbook.meaning.nc_positions import Positions
 from mathpost.workbook.meaning.nc_roles import CLOSE, ENOUGH_OF_ONE_ROW
 from mathpost.workbook.sheet.edits import take_unrounded
+from mathpost.workbook.sheet.place import Line
 from mathpost.workbook.sheet.samples import SAMPLES
 from mathpost.workbook.sheet.tree import heads
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine
     from mathpost.workbook.meaning.recognise import Recognised
-    from mathpost.workbook.sheet.place import Line, Place
+    from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Place
     from mathpost.workbook.sheet.samples import Values
 
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
@@ -47,7 +49,7 @@ class Words(Calculation):
     """
 
     kinematics: Kinematics = None  # type: ignore[assignment]  # always given
-    units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
+    units: tuple[float, ...] = (1.0, 1.0)  # degrees of 1 of a rotary word
     table: int = 0  # of a workbook with several
     preferred: int | None = None
     exchanged: tuple = ()  # of its table: a cell that stands under another one's heading, and a sentence
@@ -175,7 +177,7 @@ def rows_of(
     return rows, [f"{area}: a table that is not understood" for area in left]
 
 
-def _column_block(graph, name, cells):
+def _column_block(graph: Graph, name: str, cells: Mapping[str, str]) -> list[Line]:
     if name not in cells:
         raise InputError("cells", "tip, axis and joints", ", ".join(cells))
     area = graph.named(name, cells[name])
@@ -262,6 +264,6 @@ def on_the_wrong_branch(
             yield row.results[k - 2], "branch", text
 
 
-def _not_zero(axis):
+def _not_zero(axis: np.ndarray) -> np.ndarray:
     """Tool axes, with any in place of none."""
     return np.where(np.linalg.norm(axis, axis=-1, keepdims=True) > 1e-9, axis, 1.0)

@@ -30,13 +30,13 @@ class Plane(Calculation):
     `projected` the plane's X is that of the workpiece, projected into the plane.
     """
 
-    line: tuple = ()
+    line: Line = ()
     sequence: str = "ZXZ"
     degrees: bool = True
-    x: tuple = ()
-    y: tuple = ()
-    z: tuple = ()
-    corner: tuple = ()
+    x: Line = ()
+    y: Line = ()
+    z: Line = ()
+    corner: Line = ()
     projected: bool = False
     frame: np.ndarray | None = None  # X, Y, Z in columns, shape (samples, 3, 3), once prepared from two directions
 
@@ -140,29 +140,29 @@ class Plane(Calculation):
         self.known = {1: [entry[None] for entry in beside.T], 3: [vector.T for vector in vectors]}
 
 
-def _on_the_way(x, y, across):
+def _on_the_way(x: np.ndarray, y: np.ndarray, across: np.ndarray) -> list[np.ndarray]:
     """What leads to a frame: of X, another direction in the plane and one across it, some may be 0."""
     vectors = [x, y, across, np.cross(across, x), np.cross(_unit(across), x)]
     vectors += [a - _dot(a, _unit(b)) * _unit(b) for a, b in ((x, across), (y, x))]
     return [vector for vector in (*vectors, _unit(x)) if np.ptp(vector) > 0 and np.isfinite(vector[1:]).all()]
 
 
-def _unit(vector):
+def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
-def _dot(a, b):
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return (a * b).sum(axis=-1, keepdims=True)
 
 
-def _frame(x, z):
+def _frame(x: np.ndarray, z: np.ndarray) -> np.ndarray:
     """The matrix of X, Y and Z in columns, from vectors along Z and in the plane of Z and X."""
     y = np.cross(z, x)
     columns = np.stack([np.cross(y, z), y, z], axis=-1)
     return columns / np.linalg.norm(columns, axis=-2, keepdims=True)
 
 
-def _from_normal(sequence, normal, third):
+def _from_normal(sequence: str, normal: np.ndarray, third: np.ndarray) -> np.ndarray:
     """Both solutions of the first two angles, as written, that make a Z of `normal`, shape (samples, 2, 3).
 
     About turned axes of which the last is Z the third angle changes nothing; about fixed axes it comes last.

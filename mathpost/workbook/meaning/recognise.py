@@ -6,13 +6,14 @@ Labels only break ties: which triple is an angle, a point or an origin follows f
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost import euler
-from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.calculation import Calculation, Turn
 from mathpost.workbook.meaning.conversion import find_conversions, find_quaternions
 from mathpost.workbook.meaning.find_planes import find_planes
 from mathpost.workbook.meaning.given import QUATERNION
@@ -46,13 +47,13 @@ class Recognised(Turns):
         super().__init__(graph, with_formulas=task.machine is None)
         self.task = task
         self.problems: list[str] = []
-        self.doubts: dict[Line, str] = {}
+        self.doubts = {}
         self.vectors = set()
-        self.calculations: list[Any] = []  # Calculation
-        self.steps: list[Any] = []
-        self.beside: list[Line] = []
         self.depends = {}
-        self._ends: dict[Place, Place] = {}
+        self._ends = {}
+        self.calculations = []
+        self.steps: list[Calculation] = []
+        self.beside = []
         count = len(self.typed & self.turning)
         self.sequence, self.active, self.by, unsure, self.names = reading(task, self.text, count)
         said = task.convention or self.active or re.search(PASSIVE, self.text, re.I)
@@ -70,7 +71,8 @@ class Recognised(Turns):
         self.turning |= {p for quaternion in self.quaternions for p in quaternion}
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
-            self.calculations, self.problems = rows_of(self, task.machine, task.cells)
+            words, self.problems = rows_of(self, task.machine, task.cells)
+            self.calculations = [*words]
         elif task.cells:
             self._as_the_caller_says(task.cells)
         elif self.angles:
@@ -81,7 +83,8 @@ class Recognised(Turns):
         if task.machine is None and not (task.cells or self.planes):
             conversions = [*find_conversions(self)]
             into = [{*c.angles} for c in conversions if c.sequence != c.into]  # what turns by these is on the way
-            self.calculations = [c for c in self.calculations if c.point or {*c.angles} not in into] + conversions
+            turns = [c for c in self.calculations if c.point or {*c.angles} not in into]
+            self.calculations = [*turns, *conversions]
             if re.search(QUATERNION, self.text, re.I):
                 for calculation in find_quaternions(self):
                     self._tell(calculation, self.calculations)
@@ -90,7 +93,7 @@ class Recognised(Turns):
         made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
         self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
 
-    def _find_calculations(self):
+    def _find_calculations(self) -> None:
         """The rotations of a sheet that turns something: vectors that are results, or else matrices."""
         self._respond()
         inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
@@ -105,9 +108,9 @@ class Recognised(Turns):
             self._take_matrices()
         rows_alike(self)
 
-    def _final_vectors(self):
+    def _final_vectors(self) -> list[Line]:
         """The vectors that may be results; the others become those `beside`."""
-        finals = []
+        finals: list[Line] = []
         for triple in self._triples():
             (finals if self._is_turned(triple) else self.beside).append(triple)
         kept = dict.fromkeys(finals)
@@ -120,7 +123,7 @@ class Recognised(Turns):
                 self.beside.append(triple)
         return [*kept]
 
-    def _is_turned(self, triple):
+    def _is_turned(self, triple: Line) -> bool:
         """Whether a vector is what a rotation makes of a point, and no check, copy or single coordinate."""
         graph = self.graph
         trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
@@ -144,7 +147,7 @@ class Recognised(Turns):
         of_signs &= bool(mirrored)  # a mirrored copy, or one that has lost its minus
         return turned and not (difference or of_signs)
 
-    def _take_matrices(self):
+    def _take_matrices(self) -> None:
         """Take the matrices that no other follows from as results, of a sheet that turns no point."""
         graph, most = self.graph, max((len(self._of(w, self.angles)) for w in self.windows), default=0)
         for window in self.windows:
@@ -160,9 +163,10 @@ class Recognised(Turns):
             elif len(own) == most > 0 and (angles := self.three(own)):
                 self._tell(Turn(window, self.by_name(angles)), self.calculations)
 
-    def _frames_before(self, finals):
+    def _frames_before(self, finals: list[Line]) -> dict[Line, Line]:
         """Vector → the vector that is its point, where one frame follows another: three angles more turn it."""
-        graph, found, of = self.graph, {}, {p: t for t in finals for p in t}
+        graph, of = self.graph, {p: t for t in finals for p in t}
+        found: dict[Line, Line | None] = {}
         turned_by = {t: self.angles & graph.upstream(t) for t in finals}
         for last in (t for t in finals if len(turned_by[t]) > 5):
             up = graph.upstream(last)
@@ -173,7 +177,7 @@ class Recognised(Turns):
                     found[last] = before if up.issuperset(before) else found.get(last)
         return {last: before for last, before in found.items() if before}
 
-    def _is_combined(self, triple, up, finals):
+    def _is_combined(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
         """Whether a vector is made of several that go back to different points, or angles, as a mean is."""
         own = {s for p in triple for s in self.depends.get(p, ())}
         parts = [s for s in finals if s != triple and len(up.intersection(s)) > 1]
@@ -184,15 +188,15 @@ class Recognised(Turns):
         pairs = ((a & kind, b & kind) for a, b in combinations(given, 2) for kind in (self.lengths, self.angles))
         return any(a - b and b - a for a, b in pairs)
 
-    def _is_one_coordinate(self, triple):
+    def _is_one_coordinate(self, triple: Line) -> bool:
         """Whether some cells are multiples of one: their slopes in the lengths are, with angles that are not 0."""
         lengths = self._of(triple, self.lengths)
         slopes = np.array([[self.turned.get(p, {}).get(s, 0.0) for s in lengths] for p in triple])
         if not np.isfinite(slopes).all():
             return False
-        return np.count_nonzero(np.abs(slopes[0]) > SMALL) > 1 and np.linalg.matrix_rank(slopes, SMALL) == 1
+        return bool(np.count_nonzero(np.abs(slopes[0]) > SMALL) > 1 and np.linalg.matrix_rank(slopes, SMALL) == 1)
 
-    def _is_undone(self, triple, up, finals):
+    def _is_undone(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
         """Whether a vector is made of one that more angles turn: some of them are turned back."""
         angles = self.turned_by(triple)
         return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)

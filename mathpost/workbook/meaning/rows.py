@@ -6,8 +6,9 @@ from collections import Counter
 from itertools import permutations
 from typing import TYPE_CHECKING
 
+from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.texts import CENTRE, ORIGIN
-from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.place import Place, offset
 
 if TYPE_CHECKING:
     from mathpost.workbook.meaning.recognise import Recognised
@@ -41,7 +42,7 @@ def rows_alike(found: Recognised) -> None:
                 other.point = own
 
 
-def _give(found, rows, part):
+def _give(found: Recognised, rows: list[Turn], part: str) -> None:
     """Give a row of a table the point, or angles, that stand as those of others do and that no formula uses.
 
     Or that stand as those of all others do.
@@ -60,17 +61,17 @@ def _give(found, rows, part):
                 break
 
 
-def _is_unused(found, line):
+def _is_unused(found: Recognised, line: Line) -> bool:
     """Whether some cells are numbers that no formula uses."""
     return bool(line) and found.typed.issuperset(line) and found.graph.used.keys().isdisjoint(line)
 
 
-def _step(a, b):
+def _step(a: Place, b: Place) -> tuple[int, int]:
     """How far it is from a place to another, down and to the right."""
     return b[1] - a[1], b[2] - a[2]
 
 
-def _between(row):
+def _between(row: Turn) -> Line:
     """How far the origin of a row of a table is from its angles: the same where both are looked up."""
     steps = zip(row.origin[:1], row.angles[:1], strict=False)
     return tuple((p[0], p[1] - q[1], p[2] - q[2]) for p, q in steps)

@@ -1,17 +1,25 @@
 """What turns a vector: its angles or axis, the point that is turned, the origin, what is added afterwards."""
 
+from __future__ import annotations
+
 import re
 from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.calculation import Calculation, Turn
 from mathpost.workbook.meaning.given import QUATERNION, runs
 from mathpost.workbook.meaning.names import Names
 from mathpost.workbook.meaning.texts import CENTRE, ORIGIN, PASSIVE
-from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.place import Line, Place, offset
+from mathpost.workbook.task import Task
+
+if TYPE_CHECKING:
+    from mathpost.workbook.meaning.plane_angles import Plane
 
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
 ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
@@ -22,7 +30,17 @@ ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis
 class Turns(Names):
     """The rotations of a workbook, each told from the vector that is its result."""
 
-    def _add_turn(self, triple, calculations, before=()):
+    # What `Recognised` finds out before:
+    task: Task
+    active: bool
+    by: str  # who says what is turned
+    sequence: str
+    planes: list[Plane]
+    calculations: list[Calculation]
+    beside: list[Line]
+    doubts: dict[Line, str]
+
+    def _add_turn(self, triple: Line, calculations: list[Calculation], before: Line = ()) -> None:
         triple = self.as_named(triple)
         angles = self._of(triple, self.angles)
         if before:
@@ -65,7 +83,7 @@ class Turns(Names):
             return
         self._tell(Turn(triple, self.by_name(chosen), point, origin, shift=shift), calculations)
 
-    def _varied(self, angles, triple):
+    def _varied(self, angles: Line, triple: Line) -> Line | None:
         """Three angles of which one, by their names, stands in the row of a vector in place of the given one."""
         own = [p for p in angles if p[:2] == triple[0][:2]]
         said = {p: self.angle_said(p) for p in angles}
@@ -73,14 +91,14 @@ class Turns(Names):
         three = (*rest, *own)
         return three if len(own) == 1 and len(three) == 3 and {*map(said.get, three)} == {0, 1, 2} else None
 
-    def _angles_of(self, plane):
+    def _angles_of(self, plane: Plane) -> Line:
         """The cells of a plane's angles that are turned by; a third one that is 0 is used by no formula."""
         order = self.graph.calculation_order
         turned_by = [max(self.angles & self.graph.upstream([p]), key=order, default=p) for p in plane.line]
         is_lost = len(turned_by) == 3 and self.graph.own[plane.line[2]] == 0 and turned_by[2] not in self.angles
         return tuple(turned_by[:2] if is_lost else turned_by)
 
-    def _shift(self, triple, back):
+    def _shift(self, triple: Line, back: Any) -> Line:
         """What is added to a vector after it is turned, as a plane's origin is; another may be a mistake."""
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
         shift = next(iter(self.lines(set().union(*unmoved), 2)), ())
@@ -89,7 +107,7 @@ class Turns(Names):
 
     # Point and origin.
 
-    def _moved(self, triple, shift, before):
+    def _moved(self, triple: Line, shift: Line, before: Line) -> tuple[Line, Line, list[Line]]:
         """The point, or the vector `before`, and the origin of a vector, and other triples of its lengths.
 
         With all angles at zero a vector is the point minus the origin, whatever formulas compute it.
@@ -98,7 +116,8 @@ class Turns(Names):
         slopes = [{s: slope for s, slope in self.unturned.get(p, {}).items() if s in up} for p in triple[:3]]
         for step in (t for t in self.beside if up.issuperset(t) and not any(slopes)):  # no number, by a slip
             slopes = [self.unturned.get(p, {}) for p in step[:3]]
-        moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths & up, {}
+        moving = {s for p in triple for s in self.depends.get(p, ())} & self.lengths & up
+        weighed: dict[float | None, list[tuple[int, Line]]] = {}
         lines = self._vectors(moving.union(*slopes), row if triple[0][1] == triple[1][1] else None)
         used = [line for line in lines if moving.issuperset(line)]
         for least, all_lines in ((2, self.lines(set().union(*slopes), 2)), (1, used)):  # a slip may turn two away
@@ -114,8 +133,10 @@ class Turns(Names):
         asked = asked or (named if 0 < len(named) < len(plus) else [])
         plus, minus = [line for line in plus if line not in asked], [*minus, *asked]  # one that is added by mistake
         if len(plus) != 1 or weighed:
-            means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
-            means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
+            inside: list[Line] = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
+            means = [
+                t for t in inside if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1
+            ]
             plus = means or plus
         made = self._made_by_formulas(triple)
         mirrored = made if {self.graph.tree(p)[0] for p in made} == {"minus", "area"} else ()
@@ -126,18 +147,18 @@ class Turns(Names):
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
         return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
 
-    def _vectors(self, cells, row):
+    def _vectors(self, cells: Iterable[Place], row: tuple[str, int] | None) -> list[Line]:
         """The triples of lengths that a result depends on; that in the row of a table first."""
         own = self.lines({p for p in cells if p[:2] == row}, 2)
         return _apart((*own[:1], *self.lines(set(cells), 2)))
 
-    def _made_by_formulas(self, triple):
+    def _made_by_formulas(self, triple: Line) -> Line:
         """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
         used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
         used = used.intersection(self.graph.component) - {p for window in self.windows for p in window}
         return next((line for line in runs(used) if len(line) == 3), ())
 
-    def _as_labelled(self, point):
+    def _as_labelled(self, point: Line) -> Line:
         """The point a cell further on, if the labels say that x, y and z are there."""
         for order in (1, -1) if point else ():
             _, near, end = point[::order]
@@ -146,7 +167,7 @@ class Turns(Names):
                 return moved
         return point
 
-    def _origin_left_out(self, point):
+    def _origin_left_out(self, point: Line) -> Line:
         """The origin, by its name, in the differences with a point that no formula uses; empty if there is none."""
         graph = self.graph
         unused = [
@@ -159,14 +180,14 @@ class Turns(Names):
                 return origin
         return ()
 
-    def _names_an_origin(self, line, other):
+    def _names_an_origin(self, line: Line, other: Line) -> bool:
         """Whether it is the first of two points that a label says to be the origin."""
         one, two = self.label(line[0]), self.label(other[0])
         is_said = [self.is_named(each, f"{ORIGIN}|{CENTRE}") for each in (line, other)]
         zero = re.fullmatch(r"\W*[xyz]_?0\b.*", one, re.I) and re.fullmatch(r"\W*[xyz]\b[^'’′]*", two, re.I)
         return is_said == [True, False] or bool(zero)
 
-    def _is_still(self, line, triple):
+    def _is_still(self, line: Line, triple: Line) -> bool:
         """Whether lengths move no vector where nothing is turned, as those of an axis or centre; but for a slip."""
         slopes = [self.unturned.get(p, {}) for p in triple[:3]]
         counts = [len(set(line).intersection(each)) for each in slopes]
@@ -174,7 +195,7 @@ class Turns(Names):
 
     # Quaternions.
 
-    def _quaternions(self, inputs):
+    def _quaternions(self, inputs: set[Place]) -> list[Line]:
         """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
         if not re.search(QUATERNION, self.text, re.I):
             return []
@@ -189,22 +210,22 @@ class Turns(Names):
                 points.append(line)
         return [self.scalar_first(line) for line in lines if line not in points]
 
-    def _quaternion_of(self, cells, place):
+    def _quaternion_of(self, cells: Collection[Place], place: Place) -> Line | None:
         """The quaternion that most of some cells are of, that in the row of a place first; None without one."""
         count = {q: (len(set(q).intersection(cells)), q[0][:2] == place[:2]) for q in self.quaternions}
-        best = max(count, key=count.get, default=None)
+        best = max(count, key=lambda quaternion: count[quaternion], default=None)
         return best if best and count[best][0] else None
 
-    def _is_of_length_one(self, axis):
+    def _is_of_length_one(self, axis: Line) -> bool:
         """Whether an axis or quaternion has length one, and no formula makes its length."""
         graph, given = self.graph, set(axis)
         lengths = (graph.upstream([p]) - graph.trees.keys() for p in graph.downstream(axis) & graph.trees.keys())
-        is_one = abs(np.linalg.norm([graph.own[p] for p in axis]) - 1) < 2e-3
+        is_one = abs(np.linalg.norm([graph.own[p] or 0.0 for p in axis]) - 1) < 2e-3
         return bool(is_one) and given not in lengths
 
     # What the sheet, or the caller, says of it.
 
-    def _as_the_caller_says(self, cells):
+    def _as_the_caller_says(self, cells: Mapping[str, str]) -> None:
         """Take angles, point, origin and result from where the caller says that they stand."""
         given = {name: tuple(self.graph.named(name, text).places) for name, text in cells.items()}
         sizes = {"angles": (3,), "result": (3, 4, 9, 16), "origin": (0, 3)}
@@ -216,9 +237,10 @@ class Turns(Names):
             for place in (p for p in places if p not in self.graph.component):
                 raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vectors = set(given["result"])
-        self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
+        turn = Turn(given["result"], given["angles"], given["point"], given["origin"])
+        self._tell(turn, self.calculations)
 
-    def _tell(self, calculation, calculations, plane=None):
+    def _tell(self, calculation: Turn, calculations: list[Calculation], plane: Plane | None = None) -> None:
         calculation.results = self.as_named(calculation.results)
         calculation.point = self.as_named(calculation.point, ("coordinate",))
         if any(name[:1] == "-" for name in self.names):
@@ -247,9 +269,9 @@ class Turns(Names):
         calculations.append(calculation)
 
 
-def _apart(lines):
+def _apart(lines: Iterable[Line]) -> list[Line]:
     """The lines that have no cell in common with one before."""
-    found = []
+    found: list[Line] = []
     for line in lines:
         if all(set(line).isdisjoint(other) for other in found):
             found.append(line)

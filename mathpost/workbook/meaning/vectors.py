@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from itertools import combinations, count, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.workbook.meaning.given import Given
-from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.place import Line, offset
 
 if TYPE_CHECKING:
     from mathpost.workbook.sheet.place import Place
@@ -27,7 +27,16 @@ class Vectors(Given):
     as in the sheet, `unmoved` the lengths that are added after the turn, `curved` those in which it is not linear.
     """
 
-    def _respond(self):
+    vectors: set[Place]
+    depends: dict[Place, Set[Place]]
+    reaches: dict[Place, frozenset[Place]]
+    unturned: dict[Place, dict[Place, float]]
+    turned: dict[Place, dict[Place, float]]
+    unmoved: dict[Place, set[Place]]
+    curved: dict[Place, set[Place]]
+    quaternions: list[Line]
+
+    def _respond(self) -> None:
         """Find the inputs that each cell depends on, the cells that are linear in lengths, their slopes at angle 0.
 
         Each input is moved alone; inputs that no formula has in common move at once, so that a long
@@ -35,7 +44,8 @@ class Vectors(Given):
         """
         graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
         self.depends, self.reaches, self.unturned, self.turned, self.unmoved, self.curved = {}, {}, {}, {}, {}, {}
-        together, vast = {p: {p} for p in inputs}, set()
+        together = {p: {p} for p in inputs}
+        vast: set[Place] = set()
         for place in graph.order:
             sources = graph.uses[place]
             direct = frozenset(together.keys() & sources)
@@ -46,13 +56,13 @@ class Vectors(Given):
             graph.count(len(reach) ** 2)
             for place in reach:
                 together[place] |= reach
-        turn = {}
+        turn: dict[Place, int] = {}
         for place in inputs:
             taken = {turn.get(other) for other in together[place]}
             turn[place] = next(k for k in count(1) if k not in taken)
         size = 1 + max(turn.values())
-        step = 11.0 + 3 * max((abs(graph.own[p]) for p in self.lengths), default=0)
-        moved = {p: np.full(3 * size, graph.own[p] + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
+        step = 11.0 + 3 * max((abs(graph.own[p] or 0.0) for p in self.lengths), default=0)
+        moved = {p: np.full(3 * size, (graph.own[p] or 0.0) + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
         for place in inputs:
             n = turn[place]
             if place in self.angles:
@@ -86,11 +96,11 @@ class Vectors(Given):
         """The angles on which some cells depend."""
         return {s for p in places for s in self.depends.get(p, ()) if s in self.angles}
 
-    def _of(self, places, inputs):
+    def _of(self, places: Line, inputs: set[Place]) -> Line:
         """The inputs to which the formulas of some places lead, as they are read."""
         return self.sorted({s for p in places for s in self.reaches.get(p, ()) if s in inputs})
 
-    def _triples(self):
+    def _triples(self) -> list[Line]:
         """Three cells, or four, in line that are a vector: they depend on the same lengths."""
         graph, left, found = self.graph, self.vectors - {p for window in self.windows for p in window}, {}
         shared = {}  # component → the lengths that most of its vectors depend on, as on an origin
@@ -123,13 +133,16 @@ class Vectors(Given):
                 given = sum(p in self.lengths for p in line)  # what others are made of is no result
                 rank = given, alike <= 0.4, -same, -len(inside), *shape
                 found[line] = rank, (line[0][0], along, line[0][along]), -round(alike, 3)
-        aligned, ways, taken, chosen = Counter(), Counter(), set(), []
-        for line, ((_, is_unlike, same, inside, *_), run, _) in found.items():
-            aligned[run] += inside + same
+        aligned: Counter = Counter()
+        ways: Counter = Counter()
+        taken: set[Place] = set()
+        chosen: list[Line] = []
+        for line, ((_, is_unlike, same, fewer, *_), run, _) in found.items():
+            aligned[run] += fewer + same
             ways[graph.component[line[0]], run[1]] -= not is_unlike
         order = self.graph.reading_order
 
-        def likeliest(line):
+        def likeliest(line: Line) -> tuple:
             rank, run, alike = found[line]
             way = ways[graph.component[line[0]], run[1]]
             return rank, way, aligned[run], alike, *map(order, (line[0], line[-1]))
@@ -140,7 +153,7 @@ class Vectors(Given):
                 chosen.append(line)
         return sorted(chosen, key=lambda t: order(t[0]))
 
-    def _alike(self, places, shared):
+    def _alike(self, places: Collection[Place], shared: set[Place]) -> float:
         """How much alike the lengths are of which two of some cells at most are made, but for `shared` ones."""
         sets = [self.lengths.intersection(self.depends[p]) for p in places]
         still = self.unmoved if self.turned_by(places) else {}
@@ -151,9 +164,9 @@ class Vectors(Given):
         return all(both for both, _ in pairs) and max((both / either for both, either in pairs), default=1)
 
     @staticmethod
-    def _in_order(slopes):
+    def _in_order(slopes: Sequence[Mapping[Place, float]]) -> int:
         """With all angles at 0, how many pairs of three cells stem from neighbours in line, as x, y and z are."""
-        steps = Counter()
+        steps: Counter = Counter()
         for (i, one), (j, other) in combinations(enumerate(slopes), 2):
             pairs = product(one.items(), other.items()) if len(one) * len(other) <= PAIRS else ()
             apart = {(q[0], (q[1] - p[1]) / (j - i), (q[2] - p[2]) / (j - i)) for (p, a), (q, b) in pairs if a == b}

@@ -15,3 +15,8 @@ def beside(place: Place) -> list[Place]:
 def offset(place: Place, down: int, right: int) -> Place:
     """The place so many rows further down and columns further right."""
     return place[0], place[1] + down, place[2] + right
+
+
+def number_along(place: Place, along: int) -> int:
+    """Return the row of a place for `along` 1, its column for 2."""
+    return place[1] if along == 1 else place[2]
