@@ -1,0 +1,16 @@
+"""What an exercise may ask for: a number, an angle, a vector, a pose, a name.
+
+A kind of answer turns what the learner typed into plain data (numbers, text, lists of them, as in JSON), says when
+two answers are the same, and knows the mix-ups that all answers of its kind share. It executes nothing, so a stored
+answer can be read again safely.
+"""
+
+from mathpost.course.answers.function import Written as Written
+from mathpost.course.answers.kind import Kind as Kind
+from mathpost.course.answers.names import Name as Name
+from mathpost.course.answers.names import Names as Names
+from mathpost.course.answers.numbers import Angle as Angle
+from mathpost.course.answers.numbers import Joints as Joints
+from mathpost.course.answers.numbers import Number as Number
+from mathpost.course.answers.numbers import Vector as Vector
+from mathpost.course.answers.pose import Pose as Pose
