@@ -34,6 +34,11 @@ def _counted(name: str, value: Any) -> Callable[[Lines, Line], None]:
     return lambda reader, line: setattr(reader, name, value)
 
 
+def _defined(**said: float) -> Callable[[Lines, Line], None]:
+    """A cycle that is called later: of one that was defined before nothing holds."""
+    return lambda reader, line: setattr(reader, "defined", dict(said))
+
+
 def _unit(reader: Lines, scale: float) -> None:
     reader.scale = scale
     reader.unit_stated = True
@@ -66,6 +71,8 @@ MODES = {
     "incremental centre": _counted("absolute_centre", False),
     "cycle": _cycle(False),
     "cycle out at feed": _cycle(True),
+    "cycle definition": _defined(),
+    "cycle definition out at feed": _defined(**{"cycle feed out": 0.0}),
     "cycle off": _counted("cycle", None),
     "return to initial": _counted("leave", "initial"),
     "return to clearance": _counted("leave", "clearance"),
@@ -217,7 +224,7 @@ STATEMENTS = {
 }
 NUMBERS = {
     *(f"{word} {letter}" for word in ("centre", "centre at", "tool axis") for letter in "XYZ"),
-    *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract", "feed")),
+    *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract", "feed", "feed out", "pitch")),
     "radius",
     "turns",  # of an arc, the one that is begun included
     "full turns",  # before it

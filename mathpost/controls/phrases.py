@@ -39,6 +39,27 @@ class Cycles:
     again: tuple[str, ...]  # what stands behind the position of each further hole,
     off: tuple[str, ...]  # and behind the last
     before: bool  # whether the row begins before the position of its first hole
+    # How the control pecks: from where the first depth counts, "surface", "clearance" or nothing, if not known;
+    # how far above the depth before the feed begins again, mm or "clearance"; how far chip breaking goes back, mm.
+    pecks_from: str
+    again_above: float | str
+    back: float
+
+    def pecks(self, kind: str, values: dict[str, float]) -> tuple[list[float], list[bool]]:
+        """Return the heights between clearance and bottom that the tool goes to, and whether in rapid traverse.
+
+        `values` are the numbers of the cycle, see `CYCLE_FIELDS`; `kind` is "deep" or "chips".
+        """
+        heights: list[float] = []
+        rapid: list[bool] = []
+        top, reached = values["clearance"], values[self.pecks_from]
+        above = values["above"] if isinstance(self.again_above, str) else self.again_above
+        while values["step"] > 0 and reached - values["step"] > values["bottom"] + 1e-9:
+            reached -= values["step"]
+            out = [top, min(reached + above, top)] if kind == "deep" else [min(reached + self.back, top)]
+            heights += [reached, *out]
+            rapid += [False, *[True] * len(out)]
+        return heights, rapid
 
 
 @dataclass(frozen=True)
@@ -126,9 +147,17 @@ def cycles_of(file: TomlTable) -> Cycles | None:
         again=tuple(table.take("again", *LINES, ())),
         off=tuple(table.take("off", *LINES, ())),
         before=table.take("before", only_if(lambda value: isinstance(value, bool)), "true or false", False),
+        pecks_from=table.take("pecks_from", *one_of("surface", "clearance"), ""),
+        again_above=table.take("again_above", _above, 'mm, not negative, or "clearance"', 0.0),
+        back=table.take("back", only_if(lambda value: value >= 0, a_number), "mm, not negative", 0.0),
     )
     table.done()
     return made
+
+
+def _above(value: float | str) -> float | str:
+    """A distance in mm, not negative, or the word "clearance"."""
+    return value if value == "clearance" else only_if(lambda distance: distance >= 0, a_number)(value)
 
 
 def _filled(lines: list[str]) -> list[str]:

@@ -76,9 +76,13 @@ def drill(reader: Lines) -> None:
     if np.isnan([surface, depth, clearance]).any():
         raise reader.error("a cycle with surface, depth and clearance before its call", "none")
     leave = surface + max(clearance, reader.defined.get("cycle retract", 0.0))
-    feed, reader.feed = reader.feed, reader.defined.get("cycle feed", reader.feed)
-    holes(reader, reader.at.words, 2, curves.Heights(surface + clearance, surface + depth, leave))
+    before, feed = reader.feed, reader.defined.get("cycle feed", reader.feed)
+    if "cycle pitch" in reader.defined:
+        feed = abs(reader.defined["cycle pitch"]) * reader.speed
+    slow = reader.defined.get("cycle feed out") in (0.0, feed)
     reader.feed = feed
+    holes(reader, reader.at.words, 2, curves.Heights(surface + clearance, surface + depth, leave, slow))
+    reader.feed = before
 
 
 def hole(reader: Lines, cycle: Drilling, line: Line) -> None:

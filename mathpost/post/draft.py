@@ -9,7 +9,7 @@ from mathpost.controls.blocks import Blocks, Turn
 from mathpost.frame import Frame
 from mathpost.path.modal import Command
 from mathpost.post.options import Options
-from mathpost.post.steps import Moves, ToolPath
+from mathpost.post.steps import Moves, Strokes, ToolPath
 
 
 class Draft:
@@ -29,6 +29,8 @@ class Draft:
         By the last row of each arc, what it is.
     pecks : list of int
         Records that the control replaces by pecks of its own.
+    strokes : list of Strokes
+        And these.
     """
 
     def __init__(self, path: ToolPath, moves: Moves, options: Options) -> None:
@@ -39,6 +41,7 @@ class Draft:
         self.kept, self.run = np.ones(count, bool), np.ones(count, bool)
         self.turns: dict[int, Turn] = {}
         self.pecks: list[int] = []
+        self.strokes: list[Strokes] = []
         self.remarks = list(moves.blocks.remarks)
 
     def still(self, first: int, last: int) -> bool:

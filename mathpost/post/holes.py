@@ -11,9 +11,12 @@ from mathpost.path.modal import Command
 from mathpost.path.pieces import Hole
 from mathpost.post.draft import Draft
 from mathpost.post.motion import ON_PART
+from mathpost.post.steps import Strokes
 
 SAME = 1e-3  # mm, between heights that are one, besides what is printed
 OF_KINDS = {"DEEP": "deep", "DEEP2": "deep", "BRKCHP": "chips", "BORE": "bore", "REAM": "ream"}
+
+PECKED = ("deep", "chips")
 
 
 def kind_of(hole: Hole) -> str:
@@ -52,6 +55,11 @@ def holes(draft: Draft) -> None:
         draft.kept[first + 1 : last + 1] = False
         bottom = first + 1 + int(draft.words[first + 1 : last + 1, 2].argmin())
         _leave_out_pecks(draft, first, bottom, values["clearance"])
+        if kind in PECKED and known.pecks_from:
+            heights, rapid = known.pecks(kind, values)
+            deep = values["clearance"] - values["bottom"]
+            parts = (values["clearance"] - np.array(heights)) / deep
+            draft.strokes.append(Strokes(draft.moves.motion.place[bottom], parts, np.array(rapid, bool)))
         series = said, last
     if series is not None:
         _end(draft, known, series[1] + 1)

@@ -46,7 +46,7 @@ def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
     ends = np.flatnonzero(draft.run)
     return replace(
         moves, blocks=draft.blocks(), run=ends, turns=np.flatnonzero(np.isin(ends, list(draft.turns))),
-        pecks=np.array(draft.pecks, int),
+        pecks=np.array(draft.pecks, int), strokes=tuple(draft.strokes),
     )  # fmt: skip
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mathpost.controls.blocks import Blocks
 from mathpost.controls.control import BETWEEN_BLOCKS
 from mathpost.errors import MathpostError
 from mathpost.machine import Machine
@@ -17,7 +18,7 @@ from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
 from mathpost.post.approach import approaches
 from mathpost.post.options import Options
-from mathpost.post.steps import Plan, choose, crossing, in_words
+from mathpost.post.steps import Moves, Plan, choose, crossing, in_words
 from mathpost.post.time_law import SlowDown, TimeLaw, law_of, slow_down
 from mathpost.post.ways import Way, comparison
 
@@ -89,8 +90,11 @@ def report_of(
     for each in plans:
         part = each.moves.blocks
         asked, law = law_of(each.path.kin, part, options.control, rounding, each.moves.smooth)
+        slow.append(_slowest(each, asked, law))
+        if each.moves.strokes:
+            pecked, smooth = with_strokes(each.moves)
+            _, law = law_of(each.path.kin, pecked, options.control, rounding, smooth)
         laws.append(law)
-        slow.append(_slowest(each, asked, laws[-1]))
         unknown |= (np.diff(part.words, axis=0)[part.rapid[1:]] != 0).any(axis=0) & np.isnan(machine.max_rates)
     peaks = np.max([law.peaks for law in laws], axis=0) * machine.units
     peaks[0, unknown] = np.nan
@@ -108,6 +112,27 @@ def report_of(
         strategies=tuple(_strategies(plans, options)) if compare else (),
         ways=_ways(plans, options) if compare else {},
     )
+
+
+def with_strokes(moves: Moves) -> tuple[Blocks, np.ndarray | None]:
+    """Return the blocks of moves with strokes of pecks as blocks between them, and which are within an arc."""
+    blocks = moves.blocks
+    # For each row which one it is made of, and how much of the way to that it ends at.
+    rows, parts, fast = [np.arange(len(blocks.words))], [np.ones(len(blocks.words))], [blocks.rapid]
+    for stroke in moves.strokes:
+        bottom = int(np.searchsorted(moves.motion.place, stroke.place))
+        rows.append(np.full(len(stroke.parts), bottom))
+        parts.append(stroke.parts)
+        fast.append(stroke.rapid)
+    row = np.concatenate(rows)
+    own = np.arange(len(row)) < len(blocks.words)  # the end of a row stands behind its strokes
+    order = np.lexsort([np.arange(len(row)), own, row])
+    row, part, rapid = row[order], np.concatenate(parts)[order][:, None], np.concatenate(fast)[order]
+    made = blocks[row]
+    before = blocks.words[np.maximum(row - 1, 0)]
+    words = before + part * (blocks.words[row] - before)
+    made = replace(made, words=words, rapid=rapid, feeds=np.where(rapid, np.nan, made.feeds))
+    return made, None if moves.smooth is None else moves.smooth[row]
 
 
 def worst_of(proofs: Sequence[proof.Proof]) -> proof.Proof:
@@ -201,7 +226,7 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
         kind = command.values[-1]
         if not options.control.commands[f"coolant {kind}"]:
             yield f"coolant that stays off: a comment tells which {kind}, {options.control.name} has no word"
-    if plan.moves.pecks.size:
+    if plan.moves.pecks.size and not plan.moves.strokes:
         yield "pecks of drilling cycles are the control's own: the time has none of them"
     if np.degrees(np.abs(motion.joints[:, 3:])).max() > 360 + 1e-6:
         yield "rotary words beyond 360°: right where the axis counts its turns, or takes the shorter way"

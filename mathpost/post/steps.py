@@ -45,6 +45,15 @@ class ToolPath:
 
 
 @dataclass(frozen=True)
+class Strokes:
+    """How a control pecks on the way to the bottom of a hole."""
+
+    place: float  # of the bottom, on the CL path
+    parts: np.ndarray  # shape (k,), of the way from where the feed begins to the bottom: where each stroke ends
+    rapid: np.ndarray  # shape (k,), whether it is in rapid traverse
+
+
+@dataclass(frozen=True)
 class Moves:
     """The moves of one tool, as they are to be written."""
 
@@ -57,6 +66,7 @@ class Moves:
     run: np.ndarray | None = None
     turns: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     pecks: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    strokes: tuple[Strokes, ...] = ()  # what these are, if the control's file says it
     smooth: np.ndarray | None = None  # as read back: which poses are within an arc
 
 

@@ -364,11 +364,11 @@ class Klartext(Control):
         elif number[0] == "9":
             if words[0] == "9.1":
                 self.dwell(self.number(words[-1]))
-        elif number[0] in ("247", "200", "32"):
+        elif number[0] in ("247", "200", "201", "203", "207", "32"):
             values = dict(word.split("=", 1) for word in words if "=" in word)
             self.parameters |= {key: self.number(value) for key, value in values.items()}
-            if number[0] == "200":
-                self.cycle = dict(self.parameters)
+            if number[0] in ("200", "201", "203", "207"):
+                self.cycle = dict(self.parameters) | {"number": int(number[0])}
             elif number[0] == "247":
                 preset = int(self.parameters["Q339"])
                 self.base = np.array(self.setup.offsets.get(preset, np.zeros(3)), dtype=float)
@@ -377,12 +377,26 @@ class Klartext(Control):
             self.refuse(f"CYCL DEF {words[0]} is not read here")
 
     def call(self):
-        """Cycle 200: Q200 clearance, Q201 depth, Q206 feed, Q202 peck, Q211 dwell, Q203 surface, Q204 second."""
+        """Cycles 200, 201, 203 and 207: Q200 clearance, Q201 depth, Q203 surface, Q204 second clearance, Q206 feed.
+
+        200 and 203 peck by Q202, 203 breaks chips Q213 times before it comes out; 201 comes out at Q208, or at Q206
+        if that is 0; 207 goes down and out by Q239 a turn. Q211 is the dwell at the bottom.
+        """
         if self.cycle is None:
             self.refuse("a call of no cycle")
         q = self.cycle
         surface = q["Q203"]
+        feed, out, peck = q.get("Q206"), "rapid", None
+        if q["number"] in (200, 203) and q["Q202"] < abs(q["Q201"]):
+            peck = q["Q202"]
+        if q["number"] == 201:
+            out = "feed"
+            if q["Q208"] not in (0, feed):
+                self.refuse("another feed out is not read here")
+        if q["number"] == 207:
+            out, feed = "feed", abs(q["Q239"]) * self.speed
+        breaks = q["number"] == 203 and q["Q213"] > abs(q["Q201"]) / q["Q202"]
         self.drill(
             self.at.copy(), surface + q["Q200"], surface + q["Q201"], surface + max(q["Q204"], q["Q200"]),
-            peck=q["Q202"] if q["Q202"] < abs(q["Q201"]) else None, dwell=q.get("Q211", 0.0), feed=q["Q206"],
+            peck=peck, chip_break=breaks, dwell=(q["number"] != 207) * q.get("Q211", 0.0), feed=feed, out=out,
         )  # fmt: skip

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -178,7 +179,9 @@ CYCLES = {  # as CL data have them, and whether the tool comes out at its feed
     "DRILL,FEDTO,8,CLEAR,2,RTRCTO,6,MMPM,150": False,
     "DRILL,FEDTO,5,CLEAR,1,MMPM,120,DWELL,0.5": False,
     "DEEP,FEDTO,20,CLEAR,2,RTRCTO,9,STEP,6,MMPM,100": False,
+    "BRKCHP,FEDTO,17,CLEAR,2,RTRCTO,5,STEP,5,MMPM,110": False,
     "REAM,FEDTO,12,CLEAR,3,MMPM,200": True,
+    "BORE,FEDTO,9,CLEAR,2,MMPM,130": True,
     "TAP,FEDTO,10,CLEAR,4,RTRCTO,7,MMPM,500": True,
 }
 
@@ -229,6 +232,68 @@ def test_holes_and_planes_are_run(number, tilted):
         assert down and all(move.feed == pytest.approx(feed, abs=2e-3) for move in down)
     assert samples.tip[-1] @ axis == pytest.approx(30, abs=1e-3)
     assert min(samples.tip @ axis) > -20 - 1e-3
+
+
+KLARTEXT = {"200": 3, "201": 2, "203": 1, "207": 1}  # how many of `CYCLES` each cycle of Heidenhain drills
+
+
+@pytest.mark.parametrize("sense", ["CLW", "CCLW"])
+def test_klartext_has_a_cycle_for_each_kind(sense):
+    setup, *vectors = on_machine("ac_table")
+    text, _ = holes_file(np.random.default_rng(9), *vectors)
+    program = run(cldata.parse(text.replace("CLW", sense)), setup, dialect="heidenhain").program
+    assert {number: program.count(f"CYCL DEF {number} ") for number in KLARTEXT} == KLARTEXT
+    assert ("Q239=+0.5000" if sense == "CLW" else "Q239=-0.5000") in program
+
+
+PECKED = {  # a hole 20 mm deep from 2 mm above, by 6 mm: heights behind each stroke, by the manuals and parameters
+    ("fanuc", "DEEP"): [-4, 2, -3, -10, 2, -9, -16, 2, -15],
+    ("fanuc", "BRKCHP"): [-4, -3.5, -10, -9.5, -16, -15.5],
+    ("heidenhain", "DEEP"): [-6, 2, -4, -12, 2, -10, -18, 2, -16],
+    ("heidenhain", "BRKCHP"): [-6, -5.8, -12, -11.8, -18, -17.8],
+    ("siemens", "DEEP"): [-6, 2, -5.4, -12, 2, -11.4, -18, 2, -17.4],
+    ("siemens", "BRKCHP"): [-6, -5, -12, -11, -18, -17],
+    ("linuxcnc", "DEEP"): [-4, 2, -3.746, -10, 2, -9.746, -16, 2, -15.746],
+    ("linuxcnc", "BRKCHP"): [-4, -3.746, -10, -9.746, -16, -15.746],
+}
+
+
+@pytest.mark.parametrize(("control", "kind"), PECKED)
+def test_the_time_has_the_pecks(control, kind):
+    """What pecks cost, against sums of ramps and even speed of every stroke, from rest to rest."""
+    setup, axis, *_ = on_machine("ac_table")
+    feed, rapid, acceleration = 90 / 60, setup.linear[2].max_rate, setup.linear[2].max_acceleration
+    times = {}
+    for words in (kind, "DRILL"):
+        step = ",STEP,6" * (words == kind)
+        cycle = f"CYCLE/{words},FEDTO,20,CLEAR,2{step},MMPM,90"
+        lines = [
+            "UNITS/MM",
+            "RAPID",
+            f"GOTO/-9,0,30,{numbers(axis)}",
+            cycle,
+            "GOTO/0,0,0",
+            "GOTO/9,0,0",
+            "CYCLE/OFF",
+        ]
+        result = run(cldata.parse("\n".join(lines) + "\n"), setup, dialect=control)
+        times[words] = result.report.time
+        assert "the time has none" not in str(result.report)
+
+    def stroke(distance, speed):
+        """Seconds from rest to rest."""
+        reached = min(speed, np.sqrt(distance * acceleration))
+        return distance / reached + reached / acceleration
+
+    levels = [2.0, *PECKED[control, kind], -20.0]
+    seconds = 0.0
+    for n, (start, end) in enumerate(pairwise(levels)):
+        cuts = end < min(levels[: n + 1])
+        seconds += stroke(abs(end - start), feed if cuts else rapid)
+    extra = seconds - stroke(22.0, feed)
+    # The time law passes a turning point at the speed that an axis changes within its time to settle.
+    measured = (times[kind] - times["DRILL"]) / 2
+    assert extra - 0.028 * len(PECKED[control, kind]) <= measured <= extra + 1e-3
 
 
 def test_no_plane_where_the_control_does_not_know_the_tool():
