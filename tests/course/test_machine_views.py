@@ -194,6 +194,14 @@ def test_what_is_nearest_is_seen(azimuth, elevation):
     assert (solid != 1).all() and solid[0, 0] == -1
 
 
+def test_the_light_on_a_ball_changes_little_from_pixel_to_pixel():
+    half = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    ball = Turned("bed", "#ff0000", list(zip(np.cos(half), np.sin(half), strict=True)), np.zeros(3), np.eye(3)[2])
+    _, light, _ = View(Scene([ball], radius=1.2), (200, 200)).seen()
+    inside = light[50:150, 50:150]
+    assert all(np.abs(np.diff(inside, axis=axis)).max() < 5 for axis in (0, 1)) and np.ptp(inside) > 50
+
+
 def on_screen(drawn, first, second):
     """The angle between two directions as they are seen, degrees."""
     seen = camera(drawn.azimuth, drawn.elevation)

@@ -187,6 +187,15 @@ def test_written_decimals_keep_zeros_of_text():
     assert explain(ANGLES, POINT, ("-4.4907", "4.9497", "2.3094")).tolerance == pytest.approx(0.5e-4, rel=1e-3)
 
 
+@pytest.mark.parametrize(("too_far", "explained"), [(0.0, True), (0.001, False), (0.03, False)])
+def test_more_digits_must_explain_every_coordinate(too_far, explained):
+    """Angles rounded to a tenth of a degree, and an answer that is longer, in y and z alone."""
+    angles, target = np.array([20.34, -35.27, 50.41]), np.array([0.0, 30.0, 40.0])
+    answer = (target * (1 + too_far / 50)).round(5)
+    found = explain(angles.round(1), (turned_frame(angles) @ target).round(6), answer)
+    assert found.explained == explained
+
+
 @pytest.mark.parametrize("value", ["nan", "inf", float("nan"), -np.inf, "4,95"])
 def test_digits_of_what_is_no_finite_number_are_refused(value):
     with pytest.raises(InputError, match="finite numbers"):

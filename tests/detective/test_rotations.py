@@ -90,6 +90,14 @@ def test_what_is_no_rotation_is_refused(answer):
         explain_rotation(ANGLES, answer)
 
 
+@pytest.mark.parametrize("column", [0, 1, 2])
+def test_a_matrix_of_which_one_column_is_too_long_is_no_rotation(column):
+    matrix = made().as_matrix()
+    matrix[:, column] *= 1.002
+    with pytest.raises(InputError, match="off the identity"):
+        explain_rotation(ANGLES, matrix.round(6))
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [
