@@ -285,9 +285,10 @@ def worksheet(axes: Axes, report: FileReport) -> None:
     from mathpost.workbook.report import STATUS_COLOUR
 
     sheet = report.cells[0].place[0]
-    judged = [(cell, *cell.place[1:]) for cell in report.cells if cell.place[0] == sheet]
-    rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))
-    for cell, row, column in judged:
+    judged = [cell for cell in report.cells if cell.place[0] == sheet]
+    rows, columns = sorted({cell.place[1] for cell in judged}), sorted({cell.place[2] for cell in judged})
+    for cell in judged:
+        _, row, column = cell.place
         is_first, corner = cell == report.first, (column - 0.5, row - 0.5)
         axes.add_patch(plt.Rectangle(corner, 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"))
         if is_first:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
 from itertools import product
 from os import PathLike
@@ -14,12 +15,15 @@ from mathpost.bounds import TooLarge, bounded
 from mathpost.workbook.meaning.given import QUATERNION
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.meaning.nc_numbers import looked_at
+from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.recognise import Recognised
-from mathpost.workbook.report import CONSEQUENCE, RIGHT, TOO_LARGE, UNCLEAR, WRONG, FileReport, Judgement
+from mathpost.workbook.report import CONSEQUENCE, RIGHT, TOO_LARGE, UNCLEAR, WRONG, Fault, FileReport, Judgement
 from mathpost.workbook.sheet.edits import INVERSE
-from mathpost.workbook.sheet.file import EMPTY, read
+from mathpost.workbook.sheet.file import EMPTY, Book, read
+from mathpost.workbook.sheet.formula import Tree
 from mathpost.workbook.sheet.graph import Graph
 from mathpost.workbook.sheet.neighbours import as_around, typed_over
+from mathpost.workbook.sheet.place import Place, number_along
 from mathpost.workbook.sheet.samples import same
 from mathpost.workbook.sheet.tree import areas, heads
 from mathpost.workbook.task import Task
@@ -68,7 +72,7 @@ def check_file(path: str | PathLike[str], task: Task | None = None) -> FileRepor
         return FileReport(Path(path), seen=[f"{TOO_LARGE} ({error})"])
 
 
-def _checked(path, task):
+def _checked(path: str | PathLike[str], task: Task) -> FileReport:
     graph = _graph(read(path))
     if lost := typed_over(graph):
         before, graph = graph, _graph(graph.book)
@@ -81,7 +85,8 @@ def _checked(path, task):
         return report
     others = Beside(judge)
     problems = [*_problems(judge, others), *doubts_of_inputs(graph, found, judge.units)]
-    seen, unclear = [*_recognised(judge), *problems], problems or judge.reading or not found.calculations
+    seen = [*_recognised(judge), *problems]
+    unclear = bool(problems or judge.reading or not found.calculations)
     report = _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
     results = {graph.address(p) for c in found.calculations for p in c.results}
     right = {cell.cell for cell in report.cells if cell.status == RIGHT}
@@ -91,7 +96,7 @@ def _checked(path, task):
     return report
 
 
-def _graph(book):
+def _graph(book: Book) -> Graph:
     """The graph of a workbook, without what is apart from all rotations if that is much; a quaternion turns too."""
     graph = Graph(book)
     if not any(re.search(QUATERNION, str(cell.value), re.I) for cell in book.cells.values()):
@@ -99,7 +104,7 @@ def _graph(book):
     return graph
 
 
-def _statuses(judge, others, lost):
+def _statuses(judge: Judge, others: Beside, lost: dict[Place, Tree]) -> dict[Place, str]:
     """Place → status of all cells to judge."""
     graph, found = judge.graph, judge.found
     after = graph.downstream([*judge.fixed, *lost])
@@ -112,7 +117,7 @@ def _statuses(judge, others, lost):
     return statuses | {fault.place: WRONG for fault in judge.faults}
 
 
-def _recognised(judge):
+def _recognised(judge: Judge) -> Iterator[str]:
     """What the sheet calculates, and where."""
     graph, found = judge.graph, judge.found
     if judge.reading:
@@ -131,7 +136,7 @@ def _recognised(judge):
             )
 
 
-def _problems(judge, others):
+def _problems(judge: Judge, others: Beside) -> list[str]:
     """What keeps the sheet from being judged."""
     graph, found = judge.graph, judge.found
     problems = [*found.problems, *(f"{graph.address(p)} depends on itself" for p in found.sorted(graph.circular))]
@@ -151,7 +156,7 @@ def _problems(judge, others):
     return problems
 
 
-def _warnings(judge, lost):
+def _warnings(judge: Judge, lost: dict[Place, Tree]) -> Iterator[str]:
     """Yield what deserves a look."""
     graph, found = judge.graph, judge.found
     angles = {graph.own[p] for c in found.calculations for p in c.angles}
@@ -160,20 +165,20 @@ def _warnings(judge, lost):
         if role and role.kind == "angle" and graph.own[place] not in angles:
             yield f"{graph.address(place)} is an angle, {graph.own[place]:g}, that no formula uses"
     after_lost = graph.downstream(lost)
-    stored = {p: graph.cells[p].number for p in graph.order if p not in after_lost}
-    stored = {p: number for p, number in stored.items() if number is not None}
-    stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]
+    numbers = {p: graph.cells[p].number for p in graph.order if p not in after_lost}
+    stored = {p: number for p, number in numbers.items() if number is not None}
+    stale = [p for p, number in stored.items() if abs(graph.number(p) - number) > 1e-6 * (1 + abs(number))]
     if stale:
         yield f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}"
     if any(c.typed for c in found.calculations):
         yield LUCKY
     if found.task.machine is not None:
-        yield from looked_at(found.calculations, graph.own)
+        yield from looked_at([c for c in found.calculations if isinstance(c, Words)], graph.own)
     elif not judge.faults:
         yield from _lucky_references(graph, judge)
 
 
-def _by_values(graph, found):
+def _by_values(graph: Graph, found: Recognised) -> FileReport:
     values = check_values(graph, found)
     statuses = values.statuses
     results_right = not values.faults and RIGHT in statuses.values()
@@ -185,17 +190,26 @@ def _by_values(graph, found):
     return report
 
 
-def _explainer(graph, statuses, reason):
+def _explainer(
+    graph: Graph, statuses: Mapping[Place, str], reason: Callable[[Place, str | None], list[str]]
+) -> Callable[[str], list[str]]:
     """The function that says of a cell, by its address, which rule judged it."""
 
-    def explain(text):
+    def explain(text: str) -> list[str]:
         (place, *_) = graph.named("why", text).places
         return reason(place, statuses.get(place))
 
     return explain
 
 
-def _report(graph, statuses, faults, seen, warnings, unclear=False):
+def _report(
+    graph: Graph,
+    statuses: dict[Place, str],
+    faults: list[Fault],
+    seen: list[str],
+    warnings: Iterable[str],
+    unclear: bool = False,
+) -> FileReport:
     cells = []
     statuses = {place: statuses[place] for place in sorted(statuses, key=graph.reading_order)}
     for place, status in statuses.items():
@@ -208,15 +222,15 @@ def _report(graph, statuses, faults, seen, warnings, unclear=False):
     return FileReport(graph.book.path, verdict, faults, cells, unjudged, seen, [*warnings, *graph.book.notes])
 
 
-def _ready_cells(graph, turning=()):
+def _ready_cells(graph: Graph, turning: Collection[Place] = ()) -> str:
     """The option that says where angles, point and result stand, filled with what looks like them."""
-    lines = {}
+    along: dict[tuple[Place, int, int], list[Place]] = {}
     for n, place in product((1, 2), graph.component):
-        lines.setdefault((graph.component[place][0], n, place[n]), []).append(place)
-    lines = (line for line in lines.values() if len(line) == 3)
-    lines = sorted(lines, key=lambda line: graph.reading_order(line[0]))
-    given = [line for line in lines if graph.trees.keys().isdisjoint(line)] or [None]
-    angles = next((line for line in given if set(line or ()) & set(turning)), given[0])
+        along.setdefault((graph.component[place][0], n, number_along(place, n)), []).append(place)
+    threes = (line for line in along.values() if len(line) == 3)
+    lines = sorted(threes, key=lambda line: graph.reading_order(line[0]))
+    given = [line for line in lines if graph.trees.keys().isdisjoint(line)]
+    angles = next((line for line in given if set(line) & set(turning)), given[0] if given else None)
     point = next((line for line in given if line != angles), None)
     result = next((line for line in lines[::-1] if line not in (angles, point)), None)
     named = {"angles": angles, "point": point, "result": result}
@@ -224,7 +238,7 @@ def _ready_cells(graph, turning=()):
     return f"no result recognised; say where it is: --cells {text!r}, --task FILE or KIND"
 
 
-def _lucky_references(graph, judge):
+def _lucky_references(graph: Graph, judge: Judge) -> Iterator[str]:
     """References that are not those to which the formulas around point, though the value is always the same."""
     for place in graph.order:
         around = None if place in graph.part else as_around(graph, place)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import openpyxl
 from openpyxl.comments import Comment
@@ -23,7 +23,7 @@ from mathpost.errors import InputError, OutputError
 from mathpost.files import csv_text, write_bytes
 from mathpost.workbook.check import check_file
 from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, html_table
-from mathpost.workbook.sheet.file import read
+from mathpost.workbook.sheet.file import Book, read
 from mathpost.workbook.sheet.safety import MEGABYTE, inspect
 
 if TYPE_CHECKING:
@@ -86,12 +86,12 @@ class Summary:
         """Return the table as a page."""
         return f"<!DOCTYPE html><meta charset='utf-8'><title>mathpost check</title>{self._repr_html_()}\n"
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         head, *rows = self.table
         return html_table(head, [(row[1], *said) for row, said in zip(self.rows, rows, strict=True)])
 
 
-def _width(text):
+def _width(text: str) -> int:
     """How many columns a text takes where a Chinese character takes two."""
     return sum(2 if ord(character) > 0x2E80 else 1 for character in text)
 
@@ -103,7 +103,7 @@ def check_folder(
     marked: str | PathLike[str] | None = None,
     language: str = "en",
     progress: Callable[[int, int, Path], object] | None = None,
-    judged: Callable[[tuple, FileReport | None], object] | None = None,
+    judged: Callable[[Row, FileReport | None], object] | None = None,
 ) -> Summary:
     """Return the `Summary` of all spreadsheets of a folder and the folders in it.
 
@@ -157,7 +157,7 @@ def check_folder(
     return Summary(tuple(rows), language)
 
 
-def _marked(report, out):
+def _marked(report: FileReport, out: Path) -> str:
     """Mark one of many; what keeps it from being marked is returned, and ends nothing."""
     try:
         with bounded():
@@ -214,7 +214,7 @@ def mark(report: FileReport, out: str | PathLike[str]) -> None:
     write_bytes(out, _with_values(content, read(report.path)))
 
 
-def _with_values(content, original):
+def _with_values(content: IO[bytes], original: Book) -> bytes:
     """The saved workbook with the numbers that its formulas had, which openpyxl does not write."""
     result = io.BytesIO()
     with zipfile.ZipFile(content) as source, zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as target:
@@ -223,7 +223,7 @@ def _with_values(content, original):
             if found := re.fullmatch(r"xl/worksheets/sheet(\d+)\.xml", name):
                 sheet = original.sheets[int(found[1]) - 1]
 
-                def fill(match, sheet=sheet):
+                def fill(match: re.Match[str], sheet: str = sheet) -> str:
                     cell = original.cells.get((sheet, *coordinate_to_tuple(match[2])))
                     number = None if cell is None else cell.number
                     return match[0] if number is None else f"{match[1]}<v>{number!r}</v></c>"

@@ -6,6 +6,9 @@ import html
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+
+from mathpost.workbook.sheet.place import Place
 
 RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "unclear"
 TOO_LARGE = "not judged: too large"
@@ -18,9 +21,9 @@ class Judgement:
     """One cell: address, ``"right"``, ``"wrong"``, ``"consequence"`` or ``"unclear"``, and what stands there."""
 
     cell: str
-    place: tuple
+    place: Place
     status: str
-    written: object
+    written: Any
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Fault:
     cell: str
     cause: str
     message: str
-    place: tuple = ()
+    place: Place
 
     def __str__(self) -> str:
         return f"{self.cell}: {self.cause}: {self.message}"
@@ -94,7 +97,7 @@ class FileReport:
         lines += [f"seen: {text}" for text in self.seen[:8]]
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings[:8])])
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         summary = "<br>".join(map(html.escape, str(self).splitlines()))
         rows = [(WRONG, fault.cell, fault.cause, fault.message) for fault in self.faults]
         return f"<p>{summary}</p>" + html_table(("cell", "cause", "why"), rows) * bool(rows)

@@ -44,7 +44,7 @@ class Task:
     machine: Machine | str | Path | None = None
     cells: dict[str, str] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, known in (("kind", ("zxz", "sequence", "nc")), ("convention", ("active", "passive"))):
             if getattr(self, name) not in (None, *known):
                 raise InputError(name, " or ".join(known), repr(getattr(self, name)))

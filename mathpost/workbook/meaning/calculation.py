@@ -39,9 +39,8 @@ class Calculation:
     typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
     known: dict[int, list[np.ndarray]] = field(default_factory=dict)
     targets: Values = field(default_factory=dict)
-    mistakes: dict[str, np.ndarray] = field(
-        default_factory=dict
-    )  # sentence → what stands in the results if somebody makes it
+    mistakes: dict[str, np.ndarray] = field(default_factory=dict)  # sentence → what it makes of the results
+    radians: np.ndarray = field(init=False, repr=False)  # of the angles, shape (samples, …), once prepared
 
     @property
     def given(self) -> Line:

@@ -200,7 +200,7 @@ class Given:
             row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
             if typed == 1 < len(line) and len(row) == 2:
                 return False
-            own = {p: abs(self.graph.own[p] or 0.0) for p in whole if p in self.typed}
+            own = {p: abs(self.graph.number(p)) for p in whole if p in self.typed}
             units = sum(number in (0, 1) for number in own.values())
             if typed >= 3 and (units < 6 or any(own.get(p, 0) not in (0, 1) for p in line)):
                 # A quaternion of a turn about one axis has two zeros.

@@ -48,11 +48,13 @@ class Words(Calculation):
     Without a tip they are the two rotary words.
     """
 
-    kinematics: Kinematics = None  # type: ignore[assignment]  # always given
+    kinematics: Kinematics = field(kw_only=True)
     units: tuple[float, ...] = (1.0, 1.0)  # degrees of 1 of a rotary word
     table: int = 0  # of a workbook with several
     preferred: int | None = None
-    exchanged: tuple = ()  # of its table: a cell that stands under another one's heading, and a sentence
+    exchanged: (
+        tuple[Place, str] | tuple[()]
+    ) = ()  # of its table: a cell that stands under another one's heading, and a sentence
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's
     back: np.ndarray | float = 0.0  # what is taken off of it: the same at rotary zero, or nothing

@@ -220,7 +220,7 @@ class Turns(Names):
         """Whether an axis or quaternion has length one, and no formula makes its length."""
         graph, given = self.graph, set(axis)
         lengths = (graph.upstream([p]) - graph.trees.keys() for p in graph.downstream(axis) & graph.trees.keys())
-        is_one = abs(np.linalg.norm([graph.own[p] or 0.0 for p in axis]) - 1) < 2e-3
+        is_one = abs(np.linalg.norm([graph.number(p) for p in axis]) - 1) < 2e-3
         return bool(is_one) and given not in lengths
 
     # What the sheet, or the caller, says of it.

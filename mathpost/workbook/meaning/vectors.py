@@ -61,8 +61,8 @@ class Vectors(Given):
             taken = {turn.get(other) for other in together[place]}
             turn[place] = next(k for k in count(1) if k not in taken)
         size = 1 + max(turn.values())
-        step = 11.0 + 3 * max((abs(graph.own[p] or 0.0) for p in self.lengths), default=0)
-        moved = {p: np.full(3 * size, (graph.own[p] or 0.0) + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
+        step = 11.0 + 3 * max((abs(graph.number(p)) for p in self.lengths), default=0)
+        moved = {p: np.full(3 * size, graph.number(p) + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
         for place in inputs:
             n = turn[place]
             if place in self.angles:

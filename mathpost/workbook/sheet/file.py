@@ -43,10 +43,10 @@ class Cell:
     A constant has no `formula`. A cell of an array formula has that of its first cell, whose place is `anchor`.
     """
 
-    value: object
+    value: Any  # a number, a text, a truth value or a date
     formula: str = ""
     error: bool = False
-    anchor: tuple = ()
+    anchor: tuple[int, int] | tuple[()] = ()
 
     @property
     def number(self) -> float | None:

@@ -38,7 +38,7 @@ class Area:
     left: int
     bottom: int
     right: int
-    fixed: tuple = (False, False)
+    fixed: tuple[bool, bool] = (False, False)
 
     @cached_property
     def places(self) -> list[Place]:
@@ -125,7 +125,7 @@ class _Reader:
     sheet: str
     names: Mapping[str, Area | str]
     sheets: Mapping[str, str]
-    left: list  # levels and parts
+    left: list[int]  # levels and parts
 
     def expression(self, least: int = 0) -> Tree:
         left = self.operand()

@@ -99,6 +99,11 @@ class Graph(Links):
         """Place → the number that stands there, or that the formula gives with the file's inputs; None for text."""
         return self.meant | {place: float(values[0]) for place, values in self.run({}).items()}
 
+    def number(self, place: Place) -> float:
+        """Return the number that `own` has of a place, NaN for a text."""
+        found = self.own[place]
+        return np.nan if found is None else found
+
     @cached_property
     def errors(self) -> set[Place]:
         """The places that show an error such as #DIV/0!, typed, stored or at the sheet's own inputs.

@@ -14,9 +14,9 @@ import numpy as np
 from mathpost.workbook.meaning.given import may_turn
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.evaluate import STATISTICS
-from mathpost.workbook.sheet.formula import Area
+from mathpost.workbook.sheet.formula import Area, Tree
 from mathpost.workbook.sheet.neighbours import along, between, filled
-from mathpost.workbook.sheet.place import beside, offset
+from mathpost.workbook.sheet.place import Line, beside, offset
 from mathpost.workbook.sheet.samples import CLOSE, SAMPLES, same
 from mathpost.workbook.sheet.tree import areas, form_of, parts_of, put, text_of, walk, with_areas
 
@@ -75,7 +75,7 @@ class Around:
 
     # A formula.
 
-    def _unlike(self, place, is_rest):
+    def _unlike(self, place: Place, is_rest: bool) -> Fault | None:
         """The fault of a formula where those around it go on another way."""
         graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
         sure = between(graph, place, 4)
@@ -100,7 +100,7 @@ class Around:
                 return self._fault(place, other, made)
         return None
 
-    def _closes(self, place, other):
+    def _closes(self, place: Place, other: Tree) -> bool:
         """Whether a formula leads from the end of one back to the first, as the last side of a triangle does."""
         graph, own = self.graph, set(areas(self.graph.trees[place]))
         mates = [p for p in graph.component.get(place, ()) if p != place and graph.form(p) == graph.form(place)]
@@ -110,7 +110,7 @@ class Around:
             back <= each and not on <= each for each in alike
         )
 
-    def _fault(self, place, other, made):
+    def _fault(self, place: Place, other: Tree, made: np.ndarray) -> Fault:
         """The fault of a cell that should hold another formula, said by the references or the part that differ."""
         graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
         found = repaired(graph, {place: made}, judge.values)
@@ -124,15 +124,15 @@ class Around:
         judge.put({place: made})
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}")
 
-    def _goes_on(self, place):
+    def _goes_on(self, place: Place) -> bool:
         """Whether a number stands where the formulas of a line go on, as those of means."""
-        trees = [between(self.graph, place, 3), *along(self.graph, place)]
-        trees = [tree for tree in trees if tree and tree[0] != "area"]
+        likely = [between(self.graph, place, 3), *along(self.graph, place)]
+        trees = [tree for tree in likely if tree and tree[0] != "area"]
         return any(self.graph.component.keys() >= set(self.graph.used_by(tree)) for tree in trees)
 
     # A matrix.
 
-    def _in_matrix(self, window):
+    def _in_matrix(self, window: Line) -> Iterator[Fault]:
         """The faults of a matrix beside the calculations, of which one or two cells keep it from a known one."""
         judge, graph = self.judge, self.graph
         now, unit = judge.block(window), np.repeat(np.eye(3).reshape(9, 1), SAMPLES, axis=1)
@@ -146,7 +146,7 @@ class Around:
             text = f"{graph.short(place)} keeps {graph.range(window)} from being a matrix of the rotation"
             yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
 
-    def _short_range(self, place):
+    def _short_range(self, place: Place) -> Fault | None:
         """The fault of a sum, mean or extreme of all but the first or the last cell of a line."""
         tree = self.graph.trees[place]
         parts = [(path, part) for path, part in walk(tree) if part[0] in STATISTICS - {"SUMSQ"}]
@@ -166,7 +166,7 @@ class Around:
                     return self.judge.fault(place, "wrong reference", text)
         return None
 
-    def _repeats(self, place):
+    def _repeats(self, place: Place) -> bool:
         """Whether a statistic is the same as the one beside it, where others step on."""
         graph, tree = self.graph, self.graph.trees[place]
         near = [p for p in beside(place) if graph.form(p) == graph.form(place)]
@@ -180,7 +180,7 @@ class Around:
         forms, roles = {*map(graph.form, places)}, self._coordinates
         role = {roles.get(p) for p in places}
 
-        def is_like(p):
+        def is_like(p: Place) -> bool:
             goes_on = graph.form(p) in forms and (None not in forms or roles.get(p) in role)
             return goes_on and p != place and p in graph.component
 
@@ -199,11 +199,11 @@ class Around:
         return any(re.search(OF_A_PART, text, re.I) for text in texts if isinstance(text, str))
 
     @property
-    def _coordinates(self):
+    def _coordinates(self) -> dict[Place, int]:
         """Place of a given number → which coordinate it is, of a point."""
         return {p: n for c in self.judge.live for n, p in enumerate(c.point)}
 
-    def _is_alone(self, place, head, area, longer):
+    def _is_alone(self, place: Place, head: str, area: Area, longer: Area) -> bool:
         """Whether all statistics of the same line, or beside it of such lines, go as far as the longer one."""
         along, found = (1 if area.shape[1] == 1 else 2), []
         first, last = longer.places[0], longer.places[-1]
@@ -217,7 +217,7 @@ class Around:
         return bool(found) and all((q[0][along], q[-1][along]) == (first[along], last[along]) for q in found)
 
 
-def _without_numbers(tree):
+def _without_numbers(tree: Tree) -> Tree:
     return tuple(
         _without_numbers(part) if isinstance(part, tuple) else part for part in tree if tree[0] != "number"
     )

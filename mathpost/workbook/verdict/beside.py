@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mathpost.workbook.sheet.place import Place
 from mathpost.workbook.sheet.samples import same
 from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.around import Around
@@ -66,17 +67,17 @@ class Beside:
         self.rules = vectors.rules | numbers.rules
         self.rules |= {place: rule for rule, places in doubts[::-1] for place in places}
 
-    def _takes_an_empty_cell(self, place):
+    def _takes_an_empty_cell(self, place: Place) -> bool:
         """Whether a formula takes a cell in which nothing is: a constant that is 0 may hide that it is a slip."""
         graph, tree = self.graph, self.graph.tree(place)
         single = [area.places[0] for area in areas(tree) if area.shape == (1, 1)] if tree[0] != "IF" else []
         return not graph.cells.keys() >= set(single)
 
-    def _computed_points(self):
+    def _computed_points(self) -> set[Place]:
         """Formulas that make points or origins of other numbers, which the task does not say; but for means."""
         graph, judge = self.graph, self.judge
-        points = {places for turn in self.known.turns for places in (turn.point, turn.origin)} - {()}
-        points = [p for p in points if not any(same(judge.block(p), known) for known in self.known.combined)]
+        given = {places for turn in self.known.turns for places in (turn.point, turn.origin)} - {()}
+        points = [p for p in given if not any(same(judge.block(p), known) for known in self.known.combined)]
         up = graph.upstream((p for places in points for p in places), judge.targets)
         up -= judge.targets.keys() | judge.inputs.keys()
         return {p for p in up & graph.trees.keys() if graph.trees[p][0] != "area" and graph.uses[p]}

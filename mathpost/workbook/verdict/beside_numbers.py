@@ -11,6 +11,7 @@ from mathpost.workbook.meaning.calculation import SAMPLES
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.sheet.edits import INVERSE, edits, repaired, said
 from mathpost.workbook.sheet.evaluate import STATISTICS
+from mathpost.workbook.sheet.formula import Tree
 from mathpost.workbook.sheet.neighbours import as_around
 from mathpost.workbook.sheet.place import beside
 from mathpost.workbook.sheet.samples import CLOSE, same
@@ -18,6 +19,7 @@ from mathpost.workbook.sheet.tree import heads, parts_of, unrounded
 from mathpost.workbook.verdict.known import agree
 
 if TYPE_CHECKING:
+    from mathpost.workbook.report import Fault
     from mathpost.workbook.sheet.place import Place
     from mathpost.workbook.verdict.judge import Judge
     from mathpost.workbook.verdict.known import Known
@@ -69,7 +71,7 @@ class BesideNumbers:
                 after -= {place} if alone else set()
         return unknown
 
-    def _rule(self, place, unknown):
+    def _rule(self, place: Place, unknown: set[Place]) -> str | None:
         """The rule that tells what a cell is that is nothing known, or None."""
         if self._is_confirmed(place, unknown):
             return CONFIRMED
@@ -80,7 +82,7 @@ class BesideNumbers:
         slip = self._is_unlike(place, unknown) or self._is_nearly_known(place)
         return REPAIRED if slip or self._completes_a_vector(place, unknown) else None
 
-    def _is_made_of_known(self, place, unknown):
+    def _is_made_of_known(self, place: Place, unknown: set[Place]) -> bool:
         """Whether a cell is a sum, mean or extreme of known cells of one form, their square or difference."""
         graph, tree = self.graph, unrounded(self.graph.tree(place))
         tree = tree[1] if tree[0] == "SQRT" else tree
@@ -96,7 +98,7 @@ class BesideNumbers:
             of_many = tuple(self.found.sorted(used)) in runs(mates)  # of all in a line
         return alike and (of_one or of_two or of_many) and {*self.places} >= set(used) and unknown.isdisjoint(used)
 
-    def _is_confirmed(self, place, unknown):
+    def _is_confirmed(self, place: Place, unknown: set[Place]) -> bool:
         """Whether it is what a formula of the same form makes of the points before they are turned, or after it."""
         graph, now = self.graph, self.judge.now(place)
         turned = {p for turn in self.turns for p in turn.results}
@@ -109,7 +111,7 @@ class BesideNumbers:
                 return True
         return False
 
-    def _is_unlike(self, place, unknown):
+    def _is_unlike(self, place: Place, unknown: set[Place]) -> bool:
         """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""
         graph, judge = self.graph, self.judge
         if place not in graph.trees:
@@ -130,7 +132,7 @@ class BesideNumbers:
                 return True
         return False
 
-    def _is_another_angle(self, place):
+    def _is_another_angle(self, place: Place) -> bool:
         """Whether most angles beside an angle without a name are not known either, as those between two axes."""
         near = [p for p in self.graph.component.get(place, ()) if heads(self.graph.tree(p)) & INVERSE]
         if place in near and re.search(BETWEEN, self.found.label(place), re.I):
@@ -139,7 +141,7 @@ class BesideNumbers:
         known = sum(map(self.is_known, near))
         return place in near and not named and len(near) > 1 and 2 * known < len(near)
 
-    def _completes_a_vector(self, place, unknown):
+    def _completes_a_vector(self, place: Place, unknown: set[Place]) -> bool:
         """Whether one repair makes a cell, with two known ones in line, a known vector, which is a fault then."""
         graph, judge = self.graph, self.judge
         whole = [run for run in runs(graph.component[place]) if place in run and not judge.unexplained]
@@ -153,7 +155,7 @@ class BesideNumbers:
                         return True
         return False
 
-    def _is_nearly_known(self, place):
+    def _is_nearly_known(self, place: Place) -> bool:
         """Whether one repair makes a cell an angle computed back, or a determinant of 1, which is a fault then."""
         is_angle, many = heads(self.graph.tree(place)) & INVERSE, len(self.graph.uses.get(place, ())) > 5
         tried = edits(self.graph, place) if (is_angle or many) and not self.judge.unexplained else ()
@@ -167,7 +169,7 @@ class BesideNumbers:
                 return True
         return False
 
-    def _are_wrong_minutes(self, place):
+    def _are_wrong_minutes(self, place: Place) -> bool:
         """Whether one repair makes a cell an angle of degrees and minutes, which is a fault then."""
         for cause, old, new, tree in edits(self.graph, place):
             if self._is_degrees_and_minutes(place, tree):
@@ -175,23 +177,23 @@ class BesideNumbers:
                 return True
         return False
 
-    def _is_degrees_and_minutes(self, place, tree=None):
+    def _is_degrees_and_minutes(self, place: Place, tree: Tree | None = None) -> bool:
         """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""
         parts = [p for p in self.found.sorted(self.graph.uses[place]) if self.graph.own.get(p) is not None]
         if len(parts) not in (2, 3):
             return False
-        sign = -1 if self.graph.own[parts[0]] < 0 else 1
+        sign = -1 if self.graph.number(parts[0]) < 0 else 1
         numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
         made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)), tree)
         in_line = 1 in (len({p[1] for p in parts}), len({p[2] for p in parts}))
         wanted = [unit * sign * whole[len(parts) - 1] for unit in (1, np.pi / 180)]
         return in_line and any(same(made, np.array([each])) for each in wanted)
 
-    def _goes_on(self, place):
+    def _goes_on(self, place: Place) -> bool:
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""
         mates = {p for p in self.graph.component[place] if p in self.found.turning}
         on = len(mates) > 2 and not mates.isdisjoint(self.graph.uses[place])
         return on and as_around(self.graph, place) == self.graph.trees[place]
 
-    def _fault(self, place, cause, old, new):
+    def _fault(self, place: Place, cause: str, old: Tree, new: Tree) -> Fault:
         return self.judge.fault(place, cause, f"{self.graph.short(place)}: {said(place, old, new)}")

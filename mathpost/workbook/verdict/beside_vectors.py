@@ -12,12 +12,15 @@ from mathpost.workbook.meaning.calculation import SAMPLES
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.recognise import MIRRORED
 from mathpost.workbook.sheet.edits import edits, said
-from mathpost.workbook.sheet.samples import CLOSE, at, same
+from mathpost.workbook.sheet.formula import Tree
+from mathpost.workbook.sheet.place import Line
+from mathpost.workbook.sheet.samples import CLOSE, Values, at, same
 from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.known import agree
 from mathpost.workbook.verdict.why import TRANSPOSED
 
 if TYPE_CHECKING:
+    from mathpost.workbook.report import Fault
     from mathpost.workbook.sheet.place import Place
     from mathpost.workbook.verdict.around import Around
     from mathpost.workbook.verdict.judge import Judge
@@ -63,14 +66,14 @@ class BesideVectors:
                 judged.update(triple)
         return judged
 
-    def _doubt(self, triple, copies):
+    def _doubt(self, triple: Line, copies: bool) -> None:
         """Doubt a known vector that is said to be mirrored and is not, or the reverse, or is another row's."""
         is_said = re.search(MIRRORED, self.found.heading(triple), re.I)
         plain = is_said and all(self.graph.tree(p)[0] == "area" for p in triple[:3])
         if plain or (copies and not is_said) or self._is_of_another_row(triple[:3]):
             self.doubtful.update(triple)
 
-    def _has_a_slip(self, triple, fits, rest, alone):
+    def _has_a_slip(self, triple: Line, fits: np.ndarray, rest: set[Place], alone: bool) -> bool:
         """Whether a repair makes a vector a known one: a fault."""
         if self._has_one_wrong(triple, fits, rest, alone):
             return True
@@ -78,7 +81,7 @@ class BesideVectors:
             return False
         return self._is_turned_back(triple[:3], rest) or self._has_one_slip(triple[:3])
 
-    def _has_one_wrong(self, triple, fits, rest, alone):
+    def _has_one_wrong(self, triple: Line, fits: np.ndarray, rest: set[Place], alone: bool) -> bool:
         """Whether one repair makes a vector of which two cells are known a known one: a fault."""
         judge = self.judge
         nonzero = (np.abs(self.known.vectors[..., 1:]) > CLOSE).any(axis=-1)
@@ -93,31 +96,31 @@ class BesideVectors:
             return fault is not None
         return False
 
-    def _is_of_signed_copies(self, triple):
+    def _is_of_signed_copies(self, triple: Line) -> bool:
         """Whether a vector is a known one, some of its coordinates with a minus, as in a mirror."""
         trees = [self.graph.tree(p) for p in triple]
         plain = [tree[1] if tree[0] == "minus" else tree for tree in trees]
         fits = agree(np.abs(self.judge.block(triple)), np.abs(self.known.vectors))
         return trees != plain and all(part[0] == "area" for part in plain) and bool(fits.all(axis=-1).any())
 
-    def _is_of_another_row(self, triple):
+    def _is_of_another_row(self, triple: Line) -> bool:
         """Whether a vector, calculated in the row of a table, is the point or result of another row only."""
         rows, ends = self._ends
         if triple[0][:2] not in rows or all(self.graph.tree(p)[0] == "area" for p in triple):
             return False
-        fits = agree(self.judge.block(triple), ends).all(axis=-1)
+        fits = np.asarray(agree(self.judge.block(triple), ends).all(axis=-1))
         own = np.array([row == triple[0][:2] for row in rows])
         return len(rows) > 4 and bool(fits[~own].any()) and not fits[own].any()
 
     @cached_property
-    def _ends(self):
+    def _ends(self) -> tuple[list[tuple[str, int]], np.ndarray]:
         """The row, as sheet and number, and the values of every point that is turned, and of what becomes of it."""
         turns = [turn for turn in self.turns if turn.point and len(turn.results) == 3]
         rows = [turn.results[0][:2] for turn in turns]
         ends = [(self.judge.block(turn.point), np.array([*turn.targets.values()])) for turn in turns]
         return [row for row in rows for _ in (0, 1)], np.array([end for both in ends for end in both])
 
-    def _repaired_before(self, wanted, rest):
+    def _repaired_before(self, wanted: Values, rest: set[Place]) -> Fault | None:
         """The fault of an earlier cell of `rest`, nothing known, if one repair of it makes all `wanted` right."""
         graph, judge = self.graph, self.judge
         earlier = graph.upstream(wanted) & rest & graph.trees.keys() - wanted.keys() - self.tried
@@ -130,12 +133,12 @@ class BesideVectors:
                 made = graph.calculate(tree, judge.values)
                 option = {p: np.broadcast_to(at(made, graph.part.get(p, (0, 0))), SAMPLES) for p in array}
                 values = judge.values_with(option)
-                if all(same(values.get(p, np.nan), value) for p, value in wanted.items()):
+                if all(p in values and same(values[p], value) for p, value in wanted.items()):
                     judge.put(option)
                     return self._fault(min(array, key=graph.reading_order), cause, old, new)
         return None
 
-    def _is_turned_back(self, triple, rest):
+    def _is_turned_back(self, triple: Line, rest: set[Place]) -> bool:
         """Whether a result is turned back, to the point, by a matrix with a slip, or that should be transposed."""
         up, judge = self.graph.upstream(triple), self.judge
         for turn in self.turns:
@@ -152,8 +155,8 @@ class BesideVectors:
                 judge.faults.append(judge.fault(wrong[0], "wrong value", text))
                 return True
             for window in (w for w in self.found.windows if len(w) == 9 and (up & rest).issuperset(w)):
-                other = judge.block(window).reshape(3, 3, -1).swapaxes(0, 1).reshape(9, -1)
-                other = {p: new for p, new in zip(window, other, strict=True) if not same(judge.now(p), new)}
+                turned = judge.block(window).reshape(3, 3, -1).swapaxes(0, 1).reshape(9, -1)
+                other = {p: new for p, new in zip(window, turned, strict=True) if not same(judge.now(p), new)}
                 values = judge.values_with(other)
                 if all(same(values[p], value) for p, value in option.items()):
                     judge.put(other)
@@ -165,7 +168,7 @@ class BesideVectors:
                 return True
         return False
 
-    def _has_one_slip(self, triple):
+    def _has_one_slip(self, triple: Line) -> bool:
         """Whether one slip in all three cells keeps them from a sum, mean or difference of points: three faults."""
         points = {p for turn in self.turns for p in (*turn.point, *turn.results)}
         of_points = not points.isdisjoint(self.graph.upstream(triple))
@@ -192,5 +195,5 @@ class BesideVectors:
                 return True
         return False
 
-    def _fault(self, place, cause, old, new):
+    def _fault(self, place: Place, cause: str, old: Tree, new: Tree) -> Fault:
         return self.judge.fault(place, cause, f"{self.graph.short(place)}: {said(place, old, new)}")

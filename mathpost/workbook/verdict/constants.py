@@ -7,19 +7,18 @@ number that is 0 steps them otherwise, the words are asked for with that number 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.detective.causes import Setup
-from mathpost.workbook.sheet.place import offset
-from mathpost.workbook.sheet.samples import SAMPLES, at_samples
+from mathpost.workbook.sheet.place import Place, offset
+from mathpost.workbook.sheet.samples import SAMPLES, Values, at_samples
 
 if TYPE_CHECKING:
     from mathpost.workbook.meaning.nc_table import Words
-    from mathpost.workbook.sheet.place import Place
     from mathpost.workbook.verdict.judge import Judge
 
 LONGEST = 60.0  # mm
@@ -77,7 +76,7 @@ class Constants:
             if not turns and _alike(2 * step, double) and _alike(step, there) and not _alike(step, 0 * step):
                 yield place, step[:, :3]
 
-    def _words(self, values):
+    def _words(self, values: Values) -> np.ndarray:
         """All words, shape (rows · samples, 5)."""
         return np.vstack([np.array([at_samples(values[p]) for p in row.results]).T for row in self.rows])
 
@@ -90,7 +89,7 @@ class Constants:
         right = Setup.right(self.rows[0].kinematics.machine)
         names = ["origin", *(joint.name for joint in right.machine.rotary)]
 
-        def moved(setup, by=0.0):
+        def moved(setup: Setup, by: np.ndarray | float = 0.0) -> np.ndarray:
             return setup.linear(np.hstack([tips + by, angles])) - right.linear(np.hstack([tips, angles]))
 
         steps = {("tool", 0): moved(right, axes / np.linalg.norm(axes, axis=1)[:, None])}
@@ -98,7 +97,9 @@ class Constants:
             each = [moved(right.pivoted(name, right.point(name) + unit)) for name in names]
             for count in range(1, len(each) + 1):  # what stands on one that is moved moves with it
                 for chosen in combinations(range(len(each)), count):
-                    steps["+".join(names[k] for k in chosen), n] = sum(each[k] for k in chosen)
+                    steps["+".join(names[k] for k in chosen), n] = sum(
+                        (each[k] for k in chosen), start=np.zeros_like(each[0])
+                    )
             steps["tip", n] = moved(right, unit)
             steps["word", n] = np.tile(unit, (len(tips), 1))
         for (name, n), step in steps.items():
@@ -106,11 +107,11 @@ class Constants:
             yield (name, n, 1), step
             yield (name, n, -1), -step
 
-    def _roles(self, step):
+    def _roles(self, step: np.ndarray) -> list[Role]:
         """The numbers of the machine that do the same to all words."""
         return [role for role, known in self.known.items() if _alike(step, known)]
 
-    def _of_its_line(self, place, roles):
+    def _of_its_line(self, place: Place, roles: Mapping[Place, list[Role]]) -> Role | None:
         """The role of a number by those beside it, which are coordinates of one point; None if they are not.
 
         One of them may be along an axis, where it moves nothing.
@@ -129,11 +130,11 @@ class Constants:
         return None
 
     @staticmethod
-    def _others(place, roles):
+    def _others(place: Place, roles: Mapping[Place, list[Role]]) -> list[Role]:
         """The roles of all other numbers."""
         return [role for other, found in roles.items() if other != place for role in found]
 
-    def _nearly(self, step):
+    def _nearly(self, step: np.ndarray) -> Role | None:
         """The role to which most words agree that move or should; None if there are two, or none."""
         shares = {}
         for role, known in self.known.items():
@@ -147,6 +148,6 @@ class Constants:
         return found[0] if found and all(_alike(self.known[role], self.known[found[0]]) for role in found) else None
 
 
-def _alike(a, b):
+def _alike(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether two steps are the same, but where there is no number."""
     return bool(np.nanmax(np.abs(a - b), initial=0) < CLOSE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 from itertools import chain, combinations, product
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from mathpost.workbook.meaning.calculation import LARGEST_RADIANS
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS, plain
 from mathpost.workbook.meaning.texts import ORIGIN
-from mathpost.workbook.sheet.place import beside
+from mathpost.workbook.sheet.place import Line, beside
 
 if TYPE_CHECKING:
     from mathpost.workbook.meaning.recognise import Recognised
@@ -60,35 +61,36 @@ def angle_in_the_text(found: Recognised, units: dict[Place, float]) -> tuple[flo
     return tuple(number for (number,) in numbers) if is_one else ()
 
 
-def _unlike_the_text(graph, found):
+def _unlike_the_text(graph: Graph, found: Recognised) -> Iterator[str]:
     """Yield what is given where a text of the sheet has the same three numbers but for one: a typing error?"""
     number, aside = r"[-+]?\d+(?:\.\d+)?", r"\(([^()]*)\)"
     texts = [
         part for text in found.text.splitlines() for part in (re.sub(aside, "", text), *re.findall(aside, text))
     ]
     said = [tuple(map(float, numbers)) for text in texts if len(numbers := re.findall(number, text)) == 3]
-    given = (places for c in found.calculations for places in (c.angles, c.point, c.origin) if len(places) == 3)
-    given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
-    said = [text for text in dict.fromkeys(said) if text not in given.values()]
-    for text, (places, numbers) in product(said, given.items()):
-        alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
-        if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
-            yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
+    threes = (places for c in found.calculations for places in (c.angles, c.point, c.origin) if len(places) == 3)
+    given = {places: tuple(map(graph.number, places)) for places in threes if found.typed.issuperset(places)}
+    others = [three for three in dict.fromkeys(said) if three not in given.values()]
+    for three, (places, own) in product(others, given.items()):
+        alike = [abs(a - b) < 1e-6 for a, b in zip(three, own, strict=True)]
+        if sum(alike) == 2 and any(same for same, number in zip(alike, own, strict=True) if number):
+            yield f"{graph.range(places)} is {_three(own)}, and a text says {_three(three)}"
 
 
-def _typed_twice(graph, found):
+def _typed_twice(graph: Graph, found: Recognised) -> Iterator[str]:
     """Yield inputs that stand in two places, the same but for one number: a typing error?"""
     own = graph.own
-    given = {(*c.angles, *c.point, *c.origin): c for c in found.calculations}
-    given = [places for places in given if places and found.typed.issuperset(places)]
-    threes = (c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3)
-    threes = [c for c in dict.fromkeys(threes) if found.typed.issuperset(c)]
+    inputs = dict.fromkeys((*c.angles, *c.point, *c.origin) for c in found.calculations)
+    given = [places for places in inputs if places and found.typed.issuperset(places)]
+    parts = (c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3)
+    threes = [c for c in dict.fromkeys(parts) if found.typed.issuperset(c)]
     unused, numbers = found.typed - graph.used.keys(), {own[p] for three in threes for p in three}
     tables = {id(graph.component[p]) for p in graph.used if p in graph.component}
     lines = [line for line in found.lines({p for p in unused if own[p] in numbers}, 2) if unused.issuperset(line)]
-    pairs = [*product(threes, (line for line in lines if id(graph.component[line[0]]) not in tables))]
+    apart = [line for line in lines if id(graph.component[line[0]]) not in tables]
+    pairs: list[tuple[Line, Line]] = [*product(threes, apart)]
     if len(given) == 2 and len({graph.component[places[0]] for places in given}) == 2:
-        pairs.append(given)
+        pairs.append((given[0], given[1]))
     for a, b in pairs:
         if len(a) == len(b) and set(a).isdisjoint(b):
             other = [(p, q) for p, q in zip(a, b, strict=True) if own[p] != own[q]]
@@ -98,24 +100,24 @@ def _typed_twice(graph, found):
                 yield f"{graph.address(p)} is {own[p]:g} and {graph.address(q)} {own[q]:g}, all else twice the same"
 
 
-def _not_converted(graph, found):
+def _not_converted(graph: Graph, found: Recognised) -> Iterator[str]:
     """Yield angles in degrees that no formula uses, beside what is not made of them but turns in their place."""
     for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
         for near in (p for p in beside(place) if p in found.angles):
-            degrees, own = graph.own[place], graph.own[near]
+            degrees, own = graph.number(place), graph.number(near)
             other = near in graph.trees or abs(np.rad2deg(own) - degrees) > 0.01 * abs(degrees)
             if abs(own) < LARGEST_RADIANS < abs(degrees) <= 360 and other:
                 text = f"{graph.short(near)}, {own:g}, turns instead"
                 yield f"{graph.address(place)}, {degrees:g}, is not used; {text}"
 
 
-def _not_used(graph, found):
+def _not_used(graph: Graph, found: Recognised) -> Iterator[str]:
     """Yield three numbers that no formula uses and that are given by their names: a point, an origin.
 
     Those called so stand alone, or are the origin; coordinates may stand anywhere.
     """
-    known = [each for c in found.calculations for each in (c.point, c.origin, c.results[:3]) if len(each) == 3]
-    known = np.array([[graph.own.get(p) for p in each] for each in known], dtype=float).reshape(-1, 3)
+    threes = [each for c in found.calculations for each in (c.point, c.origin, c.results[:3]) if len(each) == 3]
+    known = np.array([[graph.own.get(p) for p in each] for each in threes], dtype=float).reshape(-1, 3)
     for line in runs(found.typed - graph.used.keys() - graph.trees.keys()):
         if len(line) != 3:
             continue
@@ -130,7 +132,7 @@ def _not_used(graph, found):
                 yield f"{graph.range(line)} is {label.strip()!r}, and no formula uses it"
 
 
-def _parts_not_used(graph, found):
+def _parts_not_used(graph: Graph, found: Recognised) -> Iterator[str]:
     """Yield minutes and seconds that stand beside degrees, or the other way round, and that no formula uses."""
     parts = found.angles.union(*(graph.uses[place] for place in found.composed))
     for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
@@ -141,22 +143,22 @@ def _parts_not_used(graph, found):
             yield f"{graph.address(place)}, {graph.own[place]:g}, is a part of an angle, and no formula uses it"
 
 
-def _added_by_hand(graph, found):
+def _added_by_hand(graph: Graph, found: Recognised) -> Iterator[str]:
     """Yield a number that is used in place of two or three that no formula uses and whose sum it is."""
     alone = [p for p in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()) if graph.own[p]]
     alone = [p for p in alone if len(graph.component[p]) <= FEW]
     parts = [each for size in (2, 3) for each in combinations(alone, size)] if len(alone) <= FEW else []
     used = [
-        p for p in found.sorted(found.typed & graph.used.keys() - graph.trees.keys()) if abs(graph.own[p]) >= 10
+        p for p in found.sorted(found.typed & graph.used.keys() - graph.trees.keys()) if abs(graph.number(p)) >= 10
     ]
     for place in used if parts else ():  # of fewer digits many numbers are sums by luck
         for each in parts:
-            if abs(sum(graph.own[p] for p in each) - graph.own[place]) < 1e-9 * abs(graph.own[place]):
+            if abs(sum(map(graph.number, each)) - graph.number(place)) < 1e-9 * abs(graph.number(place)):
                 names = " and ".join(map(graph.short, each))
                 yield f"{graph.address(place)} is {graph.own[place]:g}, as {names} together, which no formula uses"
 
 
-def _in_another_unit(graph, found, units):
+def _in_another_unit(graph: Graph, found: Recognised, units: dict[Place, float]) -> Iterator[str]:
     """Yield angles of which the text before them says another unit than that in which the formulas take them."""
     for places in dict.fromkeys(c.angles for c in found.calculations):
         for place in places:
@@ -166,5 +168,5 @@ def _in_another_unit(graph, found, units):
                 yield f"{graph.address(place)} is {found.label(place).strip()!r}, and is taken in another unit"
 
 
-def _three(numbers):
+def _three(numbers: Iterable[float]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Self
@@ -16,7 +16,7 @@ from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.graph import Graph
-from mathpost.workbook.sheet.samples import SAMPLES, same
+from mathpost.workbook.sheet.samples import SAMPLES, Values, same
 from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.inputs import angle_in_the_text
 from mathpost.workbook.verdict.labels import read_labels
@@ -85,7 +85,7 @@ class Judge(Sampled):
         tables.judge_all()
         return self
 
-    def _judge_planes(self, planes):
+    def _judge_planes(self, planes: Sequence[Calculation]) -> None:
         """Judge the angles of planes first: what these turn is judged with right ones."""
         self.prepare(planes)
         self.targets = {p: t for plane in planes for p, t in plane.targets.items()}
@@ -93,7 +93,7 @@ class Judge(Sampled):
             self._repair(plane, {})
         self.readings.choose_the_way([c for c in self.live if isinstance(c, Turn) and c.active is None])
 
-    def _judge_others(self, calculations, said):
+    def _judge_others(self, calculations: list[Turn], said: Values) -> None:
         """Judge each calculation; what turns by the angles of a plane that may be none is not repaired."""
         unsure = {*self.unexplained}
         for calculation in calculations:
@@ -104,7 +104,7 @@ class Judge(Sampled):
             else:
                 self._repair(calculation, said)
 
-    def _is_of_a_table(self, calculation):
+    def _is_of_a_table(self, calculation: Calculation) -> bool:
         """Whether another row of its table could not be explained."""
         place = calculation.results[0]
         rows = [c.results[0] for c in self.unexplained]
@@ -115,14 +115,14 @@ class Judge(Sampled):
         for calculation in calculations:
             calculation.prepare({p: self.now(p) for p in calculation.read}, self.units)
 
-    def _compare_the_inputs(self, calculation):
+    def _compare_the_inputs(self, calculation: Calculation) -> None:
         """The numbers that the task gives, looked for in the input cells."""
         for name, other in (("angles", "wrong angle"), ("point", "wrong point"), ("origin", "wrong point")):
             asked, by = getattr(self.found.task, name) or (), "the task"
             if name == "angles" and not asked:
                 asked, by = angle_in_the_text(self.found, self.units), "a text"
             for place, wanted in zip(getattr(calculation, name), asked, strict=False):
-                unit, number = np.rad2deg(self.units.get(place, np.pi / 180)), self.graph.own[place]
+                unit, number = np.rad2deg(self.units.get(place, np.pi / 180)), self.graph.number(place)
                 half, number = 0.6 * 10.0 ** -min(written_decimals(number), 6) * unit + 1e-9, number * unit
                 if abs(number - wanted) > half:
                     cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
@@ -130,7 +130,7 @@ class Judge(Sampled):
                     text = f"{self.graph.short(place)} is {number:.6g}, {by} says {wanted:.6g}"
                     self.faults.append(self.fault(place, cause, text))
 
-    def _repair(self, calculation, said):
+    def _repair(self, calculation: Calculation, said: Values) -> None:
         """Put in the right things, one after the other, until the results are right."""
         first, said = len(self.faults), said if said.keys() >= calculation.targets.keys() else {}
         after = self.graph.downstream(calculation.targets) if self.chained else set()
@@ -145,14 +145,15 @@ class Judge(Sampled):
             strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
             if found is None and not isinstance(calculation, Words):
                 self.unexplained.append(calculation)
-            elif found is None and (strange or not calculation.is_wrong(self.now)):
-                self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
-            elif found is None:
-                place = min(bad, key=self.graph.calculation_order)
-                fault = self.fault(place, "wrong value", "no single change makes the result what is asked for")
-                over = self.where.typed_over(bad)
-                self.faults.append(self.typed_number(over) if over else fault)
-                self.put({p: targets[p] for p in bad})
+            elif found is None and isinstance(calculation, Words):
+                if strange or not calculation.is_wrong(self.now):
+                    self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
+                else:
+                    place = min(bad, key=self.graph.calculation_order)
+                    text = "no single change makes the result what is asked for"
+                    fault, over = self.fault(place, "wrong value", text), self.where.typed_over(bad)
+                    self.faults.append(self.typed_number(over) if over else fault)
+                    self.put({p: targets[p] for p in bad})
             if found is None:
                 break
             self.put(found)
@@ -160,7 +161,7 @@ class Judge(Sampled):
             self.targets.update(chain.from_iterable(c.targets.items() for c in later))
         self.faults[first:] = _one_convention(self.faults[first:])
 
-    def _exchanged(self, calculation):
+    def _exchanged(self, calculation: Calculation) -> Values | None:
         """What belongs into a result that is of another point, or stands under each other's headings, recorded."""
         results, wanted = calculation.results, [*calculation.targets.values()]
         of_points = isinstance(calculation, Turn) and calculation.point
@@ -180,12 +181,12 @@ class Judge(Sampled):
         if not (is_named and (fits.any(axis=0) & fits.any(axis=1)).all()):
             return None
         k = int(np.argmin(fits.diagonal()))
-        other = self.graph.short(results[int(fits[k].argmax())])
-        text = f"{self.graph.short(results[k])} is what belongs into {other}: exchanged"
+        into = self.graph.short(results[int(fits[k].argmax())])
+        text = f"{self.graph.short(results[k])} is what belongs into {into}: exchanged"
         self.faults.append(self.fault(results[k], "exchanged", text))
         return dict(zip(results, wanted, strict=True))
 
-    def _choose(self, last):
+    def _choose(self, last: Calculation) -> None:
         """Take vectors on the way that are right, but for one cell, in place of what only follows from them."""
         steps = self.steps(last)
         self.prepare(steps)
@@ -198,7 +199,7 @@ class Judge(Sampled):
             self.found.calculations = [c for c in self.found.calculations if c is not last] + right
             self.found.beside.append(last.results)
 
-    def _drop_if_partial(self, calculation):
+    def _drop_if_partial(self, calculation: Calculation) -> None:
         """Set aside a vector that only some of the angles turn, if it is a step to another calculation's result."""
         turns = [c for c in self.live if isinstance(c, Turn) and c is not calculation]
         angles, now = self.found.turned_by(calculation.results), self.block(calculation.results[:3])
@@ -215,7 +216,7 @@ class Judge(Sampled):
         up = self.graph.upstream(last.results, last.point) - set(last.point)
         return [s for s in self.found.steps if up.issuperset(s.results)]
 
-    def _as_a_mistake(self, last):
+    def _as_a_mistake(self, last: Calculation) -> None:
         """Name the mistake that explains all three cells of a result, or of the step that it is copied from."""
         for text, wrong in last.mistakes.items():
             made = [c for c in (*self.steps(last), last) if same(self.block(c.results[:3]), wrong)]
@@ -226,7 +227,7 @@ class Judge(Sampled):
                 self.unexplained.remove(last)
                 return
 
-    def _by_a_step(self, last):
+    def _by_a_step(self, last: Calculation) -> None:
         """Repair a vector on the way to a result that no repair explains: the result may only follow from it."""
         targets = {p: t for p, t in self.targets.items() if p not in last.targets}
         for step in self.steps(last)[::-1]:
@@ -260,7 +261,7 @@ class Judge(Sampled):
             text = f"{short}: {said(place, tree, self.graph.trees[place])}"
         return self.fault(place, "typed over formula", text)
 
-    def _as_the_labels_say(self):
+    def _as_the_labels_say(self) -> Values:
         """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
         implied = read_labels(self.graph)
         whole = Graph(self.graph.book, implied)
@@ -269,7 +270,7 @@ class Judge(Sampled):
         reached = whole.upstream(p for targets in met for p in targets) & implied.keys()
         return {p: np.broadcast_to(values[p], SAMPLES) for p in whole.order if p in reached}
 
-    def _by_labels(self, calculation, said, bad):
+    def _by_labels(self, calculation: Calculation, said: Values, bad: list[Place]) -> Values | None:
         """The first cell, or matrix, or vector, that is not what its label says, recorded; what the label says."""
         scope = self.graph.upstream(bad) & said.keys()
         wrong = {p for p in scope if not same(self.now(p), said[p])}
@@ -286,7 +287,7 @@ class Judge(Sampled):
         return None
 
 
-def _one_convention(faults):
+def _one_convention(faults: list[Fault]) -> list[Fault]:
     """Faults that are all signs are those of the other convention."""
     text = "the elementary matrices are those of the other convention, active or passive"
     signs = len(faults) >= 6 and {fault.cause for fault in faults} == {"sign"}

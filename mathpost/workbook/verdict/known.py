@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import combinations, groupby, product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.nc_table import Words, made_of_words
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import INVERSE
-from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.place import Line, offset
 from mathpost.workbook.sheet.samples import CLOSE, same
 from mathpost.workbook.sheet.tree import areas, heads, unrounded
 
@@ -52,9 +53,11 @@ class Known:
         self.vectors = np.concatenate([self.vectors, whole])
         self.numbers = numbers[np.argsort(numbers[:, -1])]
 
-    def _known_vectors(self):
+    def _known_vectors(self) -> tuple[np.ndarray, np.ndarray]:
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
-        graph, judge, lists, everywhere, axes, found = self.graph, self.judge, {}, {}, [], self._in_planes()
+        graph, judge, axes, found = self.graph, self.judge, [], self._in_planes()
+        lists: dict[tuple[int, int], dict[Line, np.ndarray]] = {}
+        everywhere: dict[int, dict[Line, np.ndarray]] = {}
         found += [vector for c in judge.live if isinstance(c, Plane) for vector in c.known[3]]
         for turn in self.turns:
             found += [*turn.known.get(3, ()), *_axes(turn)]
@@ -85,9 +88,9 @@ class Known:
                 for n, vector in ((3, off), (4, -off)):
                     lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
         every, single = [*lists.values(), *everywhere.values()], len(found)
-        for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
-            found += [statistic(vectors, axis=0) for statistic in STATISTICS]
-            self.lengths += [np.linalg.norm(each, axis=1) for each in (vectors, vectors - vectors.mean(axis=0))]
+        for column in (np.array([*each.values()]) for each in every if len(each) > 1):
+            found += [statistic(column, axis=0) for statistic in STATISTICS]
+            self.lengths += [np.linalg.norm(each, axis=1) for each in (column, column - column.mean(axis=0))]
         for vectors in everywhere.values():
             for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
                 found += [a - b, b - a, a + b, (a + b) / 2] * (not np.array_equal(a, b))
@@ -101,26 +104,27 @@ class Known:
         whole += [judge.block(p) for c in planes for p in (c.x, c.y, c.z, c.corner) if p]  # as of its origin
         return np.array(found).reshape(-1, 3, SAMPLES), np.array(whole).reshape(-1, 3, SAMPLES)
 
-    def _in_planes(self):
+    def _in_planes(self) -> list[np.ndarray]:
         """Points in the frame of a plane, from any other point: of sheets that turn them without the angles."""
         found, judge = [], self.judge
         for plane in (c for c in judge.live if isinstance(c, Plane) and c.frame is not None):
-            points = [line for line in runs(self.found.lengths.difference(plane.given)) if len(line) == 3][:MOST]
-            points = [judge.block(line) for line in points]
-            for point, origin in product(points, (0, *points, *(judge.block(p) for p in [plane.corner] if p))):
-                found.append(np.einsum("sji,js->is", plane.frame, point - origin))
+            lines = [line for line in runs(self.found.lengths.difference(plane.given)) if len(line) == 3][:MOST]
+            points, frame = [judge.block(line) for line in lines], np.asarray(plane.frame)
+            origins = [np.zeros((3, 1)), *points, *(judge.block(p) for p in [plane.corner] if p)]
+            for point, origin in product(points, origins):
+                found.append(np.einsum("sji,js->is", frame, point - origin))
         return found
 
-    def _expected(self, results):
+    def _expected(self, results: Line) -> Iterator[Line]:
         """Numbers in threes with which a result may be compared: apart, or where a difference is made."""
         given = {p for turn in self.turns for p in turn.given}
         for component in self.graph.components:
             if len(component) == 3 and (self.found.typed - given).issuperset(component):
                 yield component
         for users in product(*(self.graph.used.get(p, ()) for p in results)):
-            given = [[s for s in self.graph.uses[p] if s in self.found.typed] for p in users]
-            if [len(each) for each in given] == [1, 1, 1] and len(set(users)) == 3:
-                a, b, c = (place for (place,) in given)
+            typed = [[s for s in self.graph.uses[p] if s in self.found.typed] for p in users]
+            if [len(each) for each in typed] == [1, 1, 1] and len(set(users)) == 3:
+                a, b, c = (place for (place,) in typed)
                 (_, i, j), (_, k, m), (_, p, q) = a, b, c
                 middle = (a[0], (i + p) // 2, (j + q) // 2)  # one of them may be mistaken
                 for line in (
@@ -131,10 +135,10 @@ class Known:
                     in_line = not np.ptp(np.diff([place[1:] for place in line], axis=0), axis=0).any()
                     if in_line and line[0] != line[1] and self.found.typed.issuperset(line):
                         yield line
-            elif len(given[0]) == 3 and len(set(users)) == 1:
-                yield tuple(given[0])
+            elif len(typed[0]) == 3 and len(set(users)) == 1:
+                yield tuple(typed[0])
 
-    def _known_numbers(self):
+    def _known_numbers(self) -> tuple[np.ndarray, np.ndarray]:
         """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
         judge = self.judge
         numbers = [1.0, 0.0, 3.0, *(entry for c in judge.live for entry in c.entries)]  # 3: the trace of R·Rᵀ
@@ -152,7 +156,8 @@ class Known:
         between = [
             np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), (a * b).sum(axis=0)) for a, b in self.pairs
         ]
-        angles, numbers = [np.array([angle, angle]) for angle in between], [*numbers, *products, *np.cos(between)]
+        angles = [np.array([angle, angle]) for angle in between]  # each, and the one that it may be as well
+        numbers += [*products, *np.cos(between)]
         for turn in self.turns:
             traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
             numbers += [
@@ -168,20 +173,16 @@ class Known:
             angles += [np.array([angle - own, own - angle]) for angle, own in product(whole, about)]
             if has_angles(turn):
                 for solution in solutions(turn):
-                    angles += [[each, -each if turn.signs else each] for each in solution.T]
-                    angles += [[each, each] for each in (solution - turn.radians).T]
+                    angles += [np.array([each, -each if turn.signs else each]) for each in solution.T]
+                    angles += [np.array([each, each]) for each in (solution - turn.radians).T]
         tables = groupby((c for c in judge.live if isinstance(c, Words)), lambda row: row.table)
         for more, turned in (made_of_words(list(rows), judge.block) for _, rows in tables):
             numbers += [*more]
-            angles += [[each, each] for each in turned]
+            angles += [np.array([each, each]) for each in turned]
         for x, y, z in self.globe:
-            angles += [
-                [np.arctan2(y, x)] * 2,
-                [np.arccos(np.clip(z, -1, 1))] * 2,
-                [np.arcsin(np.clip(z, -1, 1))] * 2,
-            ]
-        angles = np.array(angles).reshape(-1, 2, SAMPLES)
-        return _at_samples(numbers), angles
+            seen = np.arctan2(y, x), np.arccos(np.clip(z, -1, 1)), np.arcsin(np.clip(z, -1, 1))
+            angles += [np.array([angle, angle]) for angle in seen]
+        return _at_samples(numbers), np.array(angles).reshape(-1, 2, SAMPLES)
 
     def takes_nothing(self, place: Place) -> bool:
         """Whether a formula refers to an empty cell or range, or to a matrix with a row or a column of such."""
@@ -237,7 +238,7 @@ def agree(values: np.ndarray, known: np.ndarray) -> np.ndarray:
     return (np.abs(values - known)[..., 1:] <= CLOSE * (1 + np.abs(known[..., 1:]))).all(axis=-1)
 
 
-def _at_samples(numbers):
+def _at_samples(numbers: Sequence[float | np.ndarray]) -> np.ndarray:
     """Numbers, of which each is of all samples or of each, shape (numbers, samples)."""
     found = np.empty((len(numbers), SAMPLES))
     for n, number in enumerate(numbers):
@@ -245,7 +246,7 @@ def _at_samples(numbers):
     return found
 
 
-def _axes(turn):
+def _axes(turn: Turn) -> list[np.ndarray]:
     """Of the whole rotation, either way: the unit vector along its axis, and what R less its transpose makes."""
     m = turn.whole
     vector = np.array([m[7] - m[5], m[2] - m[6], m[3] - m[1]])
@@ -270,12 +271,12 @@ def solutions(turn: Turn) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return own, np.where(middle, own, twin), np.where(middle, twin, own)
 
 
-def _in_all_units(radians):
+def _in_all_units(radians: np.ndarray) -> list[np.ndarray]:
     """Angles in radians, degrees and gon."""
     return [unit * radians for unit in (1, 180 / np.pi, 200 / np.pi)]
 
 
-STATISTICS = (
+STATISTICS: tuple[Callable[..., Any], ...] = (
     *(np.sum, np.mean, np.median, np.max, np.min, np.ptp, np.std, np.var),
     *(partial(spread, ddof=1) for spread in (np.std, np.var)),  # of a sample
     lambda vectors, axis: np.abs(vectors).max(axis=axis),

@@ -65,7 +65,7 @@ class Labelled:
         yield from self._copies(rest)
         yield from self._computed_back(rest)
 
-    def _unlike_its_label(self, place):
+    def _unlike_its_label(self, place: Place) -> Iterator[Fault]:
         """The faults of a cell that is not what its label says; what is only suspicious becomes doubtful."""
         label = next(iter(self.found.texts(place)), "")
         if re.search(DETERMINANT, label, re.I):
@@ -84,17 +84,18 @@ class Labelled:
         ):
             self.doubtful.add(place)
 
-    def _is_not_absolute(self, place):
+    def _is_not_absolute(self, place: Place) -> bool:
         """Whether a largest absolute value, by its label, may be negative."""
         said = [text for text in self._in_row(place) if re.search(ABSOLUTE, text, re.I)]
-        return bool(said) and self.graph.trees[place][0] in ("MAX", "MIN") and (self.judge.now(place) < 0).any()
+        is_one = bool(said) and self.graph.trees[place][0] in ("MAX", "MIN")
+        return is_one and bool((self.judge.now(place) < 0).any())
 
-    def _is_no_distance(self, place, label):
+    def _is_no_distance(self, place: Place, label: str) -> bool:
         """Whether a distance between two, by its label, is the length of one of them."""
         named = re.search(BETWEEN_TWO, label, re.I) and not re.search(FROM_ZERO, label, re.I)
         return bool(named) and any(same(self.judge.now(place), length) for length in self._lengths)
 
-    def _is_no_difference(self, place, label):
+    def _is_no_difference(self, place: Place, label: str) -> bool:
         """Whether a difference, by its label, is a sum, a coordinate itself, or one of a cell less itself."""
         if any(part[0] == "-" and part[1] == part[2] for part in parts_of(self.graph.trees[place])):
             return True
@@ -104,7 +105,7 @@ class Labelled:
             return True
         return bool(is_difference) and any(same(now, each) for each in self._plain)
 
-    def _is_in_radians(self, place):
+    def _is_in_radians(self, place: Place) -> bool:
         """Whether an angle that no formula uses is in radians, the given ones in degrees, and no text says so."""
         graph, functions, known = self.graph, heads(self.graph.trees[place]), self.known
         units = {self.judge.units.get(p, 1.0) for turn in known.turns for p in turn.angles}
@@ -115,7 +116,7 @@ class Labelled:
         in_words = any(re.search(IN_RADIANS, text, re.I) for text in texts)
         return known.is_angle(now) and not (in_words or known.is_angle(np.deg2rad(now)))
 
-    def _no_determinant(self, place):
+    def _no_determinant(self, place: Place) -> Iterator[Fault]:
         """The fault of a determinant, by its label, that is not that of the nine cells it uses."""
         graph, judge, used = self.graph, self.judge, self.graph.uses[place]
         rows, columns = sorted({p[:2] for p in used}), sorted({p[2] for p in used})
@@ -126,7 +127,7 @@ class Labelled:
                 text = f"{graph.short(place)} is not the determinant of the nine cells that it uses"
                 yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
 
-    def _no_statistic(self, place):
+    def _no_statistic(self, place: Place) -> Iterator[Fault]:
         """The fault of a mean, sum, largest or smallest that its only name says to be another one of these."""
         graph, tree = self.graph, self.graph.trees[place]
         texts = self._in_row(place) + self.found.texts(place)
@@ -141,32 +142,32 @@ class Labelled:
             self.judge.put({place: self.judge.calculate(place, other)})
             yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
 
-    def _in_row(self, place):
+    def _in_row(self, place: Place) -> list[str]:
         """The texts before a cell in its row."""
         cells = (self.graph.cells.get((*place[:2], column)) for column in range(1, place[2]))
         return [cell.value for cell in cells if cell and isinstance(cell.value, str)]
 
     @cached_property
-    def _lengths(self):
+    def _lengths(self) -> list[np.ndarray]:
         """The lengths of points and results that are turned about zero."""
         turns = [turn for turn in self._turned if not (turn.origin or turn.shift)]
         return [np.linalg.norm(each, axis=0) for turn in turns for each in self._ends(turn)]
 
     @cached_property
-    def _plain(self):
+    def _plain(self) -> list[np.ndarray]:
         """The coordinates of all points and results, and their lengths."""
         both = [each for turn in self._turned for each in self._ends(turn)]
         return [row for each in both for row in (*each, np.linalg.norm(each, axis=0))]
 
     @property
-    def _turned(self):
+    def _turned(self) -> list[Turn]:
         return [c for c in self.judge.live if isinstance(c, Turn) and c.point]
 
-    def _ends(self, turn):
+    def _ends(self, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
         """What a point is, and what becomes of it."""
         return self.judge.block(turn.point), np.array([*turn.targets.values()][:3])
 
-    def _no_length(self, place, label):
+    def _no_length(self, place: Place, label: str) -> Iterator[Fault]:
         """The fault of what is said to be a length, and is one but for a repair; without one it is doubtful."""
         graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
         is_length, root = re.search(LENGTH, label, re.I), ("SQRT", tree)
@@ -187,10 +188,10 @@ class Labelled:
 
     # Copies of results, and angles computed back.
 
-    def _copies(self, rest):
+    def _copies(self, rest: set[Place]) -> Iterator[Fault]:
         """Yield the faults of copies of another coordinate of a result than their labels, or their order, say."""
         copies = {p: s for p in rest if (s := self._copied(p)) != p}
-        of = {}
+        of: dict[Place, list[Place]] = {}
         for place in self.found.sorted(copies):
             of.setdefault(copies[place], []).append(place)
         for result in (c.results[:3] for c in self.judge.live):
@@ -198,15 +199,15 @@ class Labelled:
             wanted = {p: k for p in mine if (k := self._outcome_said(p)) is not None}
             lines = (tuple(p for p in mine if (p[0], p[n]) == (q[0], q[n])) for q in mine for n in (1, 2))
             for line in dict.fromkeys(lines):
-                words = [self.found.coordinate(p) for p in line]
-                order = [word[0] for word in words] if len({*words} - {None}) == 3 else [0, 1, 2]
+                words = [word for p in line if (word := self.found.coordinate(p))]
+                order = [word[0] for word in words] if len({*words}) == 3 else [0, 1, 2]
                 wanted |= dict(zip(line, order, strict=True)) if len(line) == 3 else {}
             for place, k in wanted.items():
                 if copies[place] != result[k]:
                     text = f"{self.graph.short(copies[place])} should be {self.graph.short(result[k])}"
                     yield self.judge.fault(place, "wrong reference", f"{self.graph.short(place)}: {text}")
 
-    def _mixed_copies(self, rest):
+    def _mixed_copies(self, rest: set[Place]) -> Iterator[Place]:
         """Three cells in line that are copies of three in line, in another order."""
         copies = {p: q for p in rest if (q := self._copied(p)) != p}
         for line in runs(copies):
@@ -218,7 +219,7 @@ class Labelled:
                 in_line = in_order == [offset(first, k * down, k * right) for k in range(3)]
                 yield from line[n : n + 3] if in_line and own not in (in_order, in_order[::-1]) else ()
 
-    def _copied(self, place):
+    def _copied(self, place: Place) -> Place:
         """The cell of which a cell is a copy, perhaps rounded, or a copy of a copy."""
         graph = self.graph
         while (
@@ -229,7 +230,7 @@ class Labelled:
             (place,) = graph.uses[place]
         return place
 
-    def _outcome_said(self, place):
+    def _outcome_said(self, place: Place) -> int | None:
         """Which coordinate of a result the text next to a cell names."""
         near = (self.graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
         label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
@@ -237,7 +238,7 @@ class Labelled:
         role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
         return role.word[0] if role and role.kind == "outcome" else None
 
-    def _computed_back(self, rest):
+    def _computed_back(self, rest: set[Place]) -> Iterator[Fault]:
         """Yield the faults of angles computed back that are of the other solution than those beside them.
 
         Or in another unit, or another angle than the label says.
@@ -255,7 +256,7 @@ class Labelled:
             units, counts = Counter(unit for *_, unit in found), Counter(k for _, k, *_ in found)
             for place, k, fits, angles, unit in found:
                 named, solution = self.found.angle_said(place), int(votes.argmax())
-                usual = max(units, key=units.get)
+                usual = max(units, key=lambda unit: units[unit])
                 if named not in (None, k) and all(named != other for p, other, *_ in found if p == place):
                     text = f"is {'αβγ'[k]}, and {'αβγ'[named]} belongs there"
                     yield self._fault(place, both[solution][:, named] / unit, "wrong angle", text)
@@ -267,7 +268,7 @@ class Labelled:
                     cause = "radians for degrees" if unit == 1 else "degrees for radians"
                     yield self._fault(place, angles[int(fits.argmax())] / usual, cause, text)
 
-    def _fault(self, place, value, cause, text):
+    def _fault(self, place: Place, value: np.ndarray, cause: str, text: str) -> Fault:
         """The repair that makes a cell have a value, or else why it is wrong."""
         fault = self.judge.repaired_alone(place, value)
         return fault or self.judge.fault(place, cause, f"{self.graph.short(place)} {text}")

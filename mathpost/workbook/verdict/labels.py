@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,8 +13,10 @@ from mathpost.rotation import PASSIVE
 from mathpost.workbook.meaning.given import may_turn
 from mathpost.workbook.meaning.label import SINGLE, UNIT_WORDS, Role, read_label
 from mathpost.workbook.sheet.formula import Area, area_of
+from mathpost.workbook.sheet.place import Line
 
 if TYPE_CHECKING:
+    from mathpost.workbook.sheet.file import Cell
     from mathpost.workbook.sheet.graph import Graph
     from mathpost.workbook.sheet.place import Place
 
@@ -24,7 +27,7 @@ class Block(NamedTuple):
     """A role and the places of its cells: one, or nine row by row."""
 
     role: Role
-    places: tuple
+    places: Line
 
 
 def read_labels(graph: Graph) -> dict[Place, tuple[str, tuple]]:
@@ -47,7 +50,7 @@ def labelled(graph: Graph, cells: dict[str, str] | None = None) -> list[Block]:
     return sorted(blocks, key=lambda block: graph.reading_order(block.places[0]))
 
 
-def _named(graph, cells):
+def _named(graph: Graph, cells: dict[str, str] | None) -> Iterator[Block]:
     """The cells that a name of the workbook or the caller names."""
     for name, area in graph.names.items():
         if isinstance(area, str):  # a formula
@@ -58,18 +61,21 @@ def _named(graph, cells):
         if role and area.shape == ((1, 1) if role.kind in SINGLE else (3, 3)):
             yield Block(role, tuple(area.places))
     for name, kind in {"angles": "angle", "point": "coordinate", "result": "outcome"}.items():
-        places = graph.named(name, cells[name]).places if name in (cells or {}) else ()
+        places = graph.named(name, cells[name]).places if cells and name in cells else ()
         yield from (Block(Role(kind, (n,)), (p,)) for n, p in enumerate(places) if len(places) == 3)
 
 
-def _labelled(cells):
+def _labelled(cells: dict[Place, Cell]) -> Iterator[Block]:
     """What stands beside the labels: the nine cells of a matrix, or one cell."""
     texts = {p: c.value for p, c in sorted(cells.items()) if isinstance(c.value, str) and not c.error}
-    labels, taken, runs = {place: role for place, text in texts.items() if (role := read_label(text))}, set(), {}
+    labels = {place: role for place, text in texts.items() if (role := read_label(text))}
+    taken: set[Place] = set()
+    runs: dict[tuple[str, str, int], list[tuple[Place, Role]]] = {}
     for place, role in labels.items():
         nine = _nine(cells, place, labels, taken) if role.kind in (*MATRICES, "angle") else None
-        numbers = [cells[p].number if p in cells else None for p in nine or ()]
-        if nine and (role.kind != "angle" or None in numbers or may_turn(numbers)):
+        found = [cells[p].number if p in cells else None for p in nine or ()]
+        numbers = [number for number in found if number is not None]
+        if nine and (role.kind != "angle" or len(numbers) < len(found) or may_turn(numbers)):
             taken.update(nine)
             yield Block(Role(role.kind.replace("angle", "matrix"), role.word), nine)
     for place, role in labels.items():
@@ -82,7 +88,7 @@ def _labelled(cells):
         yield from (Block(r, (p,)) for (_, r), p in zip(run, ways[right < down], strict=True) if p is not None)
 
 
-def _next(cells, place, down, right, labels):
+def _next(cells: dict[Place, Cell], place: Place, down: int, right: int, labels: dict[Place, Role]) -> Place | None:
     """The first cell beside a label that is neither empty nor a unit; None if that is the next label."""
     for n in (1, 2, 3):
         near = place[0], place[1] + n * down, place[2] + n * right
@@ -91,7 +97,7 @@ def _next(cells, place, down, right, labels):
     return None
 
 
-def _nine(cells, label, labels, taken):
+def _nine(cells: dict[Place, Cell], label: Place, labels: dict[Place, Role], taken: set[Place]) -> Line | None:
     """The nine cells of the matrix that a label names: below it or to its right."""
     sheet, row, column = label
     for down, right in ((1, 0), (0, 1), (1, -1), (-1, 1), (1, -2), (1, 1)):
@@ -107,9 +113,11 @@ def _nine(cells, label, labels, taken):
 # From roles to formulas.
 
 
-def _formulas(block, others):
+def _formulas(block: Block, others: list[Block]) -> dict[Place, tuple[str, tuple[int, ...]]]:
     """Place → (formula, first cell of the array or ()), from the blocks before this one, the nearest first."""
-    refs, formula, (kind, word), places = {}, None, (block.role.kind, block.role.word), block.places
+    kind, word, places = block.role.kind, block.role.word, block.places
+    refs: dict[Role, str] = {}
+    formula = None
     for other in others:
         refs.setdefault(other.role, _ref(other.places))
     angle = refs.get(Role("negated", word)) or refs.get(Role("angle", word))
@@ -149,7 +157,7 @@ def elementary_formulas(axis: str, cosine: str, sine: str) -> list[list[str]]:
     ]
 
 
-def _product(refs, word, own):
+def _product(refs: dict[Role, str], word: tuple[int, ...], own: Role) -> str | None:
     """MMULT of the matrices in `word`, taking products that stand in the sheet."""
     role = Role("matrix", word)
     if role in refs and role != own:
@@ -161,6 +169,6 @@ def _product(refs, word, own):
     return None
 
 
-def _ref(places):
+def _ref(places: Line) -> str:
     area = area_of(places)
     return f"'{area.sheet}'!{area}"

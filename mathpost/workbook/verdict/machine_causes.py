@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from mathpost.detective.positions import explain_linear
 from mathpost.detective.rotary_axes import explain_joints
 
 if TYPE_CHECKING:
+    from mathpost.detective.explanation import Misreading
     from mathpost.workbook.meaning.nc_table import Words
     from mathpost.workbook.report import Fault
     from mathpost.workbook.sheet.place import Place
@@ -21,7 +22,10 @@ TOLD = 2  # decimals of a mm that tell a cause: the words may be made of rounded
 WORDS = 11  # tip, axis and five words
 ROWS = 40  # as many say what all do
 VAGUE = r"no single change|is not what belongs there| off$|demands"  # what says nothing of the cause
-NAMES = {"transpose": "transposed", "exchange": "exchanged"}  # of kinds that are called otherwise here
+NAMES: dict[str, str] = {
+    "transpose": "transposed",
+    "exchange": "exchanged",
+}  # of kinds that are called otherwise here
 
 
 def or_else(table: list[Words], values: Mapping[Place, float | None]) -> str:
@@ -48,11 +52,11 @@ def by_cause(faults: list[Fault], table: list[Words], values: Mapping[Place, flo
     return faults
 
 
-def _explained(table, values, first):
+def _explained(table: Sequence[Words], values: Mapping[Place, float | None], first: int) -> Misreading | None:
     """The single misreading that gives the rotary words (`first` -2) or X Y Z of a table, or None."""
     rows = table[:: -(-len(table) // ROWS)]
-    numbers = [[values.get(p) for p in (*row.point, *row.axis, *row.results)] for row in rows]
-    numbers = np.array(numbers, dtype=float)
+    written = [[values.get(p) for p in (*row.point, *row.axis, *row.results)] for row in rows]
+    numbers = np.array(written, dtype=float)
     if numbers.shape[1] != WORDS or not np.isfinite(numbers).all():
         return None
     kinematics = rows[0].kinematics

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from mathpost import euler
-from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.calculation import Calculation, Turn
 from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
 
 if TYPE_CHECKING:
@@ -59,9 +60,9 @@ class Readings:
                 self.found.calculations.remove(turn)
                 self.found.doubts[turn.results] = f"{self.graph.range(turn.results)}: said to be for comparison"
 
-    def _turn_round(self, turn):
-        turn.active, way = not turn.active, ("passive", "active")[:: 1 if turn.active else -1]
-        turn.said = turn.said.replace(*way)
+    def _turn_round(self, turn: Turn) -> None:
+        before, after = ("active", "passive") if turn.active else ("passive", "active")
+        turn.active, turn.said = not turn.active, turn.said.replace(before, after)
         self.judge.prepare([turn])
 
     def left_open(self) -> tuple[str, str] | None:
@@ -82,7 +83,7 @@ class Readings:
                 self.judge.faults.append(self.judge.fault(calculation.results[0], "other convention", text))
             self.judge.unexplained = []
 
-    def _other(self, calculations, sequences):
+    def _other(self, calculations: Sequence[Calculation], sequences: Iterable[str]) -> tuple[str, str] | None:
         """The sequence and convention, other than those asked for, that all results are of, or None."""
         turns = [c for c in calculations if isinstance(c, Turn) and not (c.axis or c.plane)]
         readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
@@ -94,6 +95,6 @@ class Readings:
         self.judge.prepare(turns)
         return None
 
-    def _is_met(self, calculation):
+    def _is_met(self, calculation: Calculation) -> bool:
         self.judge.prepare([calculation])
         return self.judge.met(calculation.targets)

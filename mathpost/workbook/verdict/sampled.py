@@ -11,7 +11,7 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
-from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation
+from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.meaning.label import IN_RADIANS
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.evaluate import COMPARISONS
@@ -21,7 +21,6 @@ from mathpost.workbook.sheet.samples import SAMPLES, at_samples, same
 from mathpost.workbook.sheet.tree import heads, parts_of
 
 if TYPE_CHECKING:
-    from mathpost.workbook.meaning.calculation import Turn
     from mathpost.workbook.meaning.recognise import Recognised
     from mathpost.workbook.sheet.formula import Tree
     from mathpost.workbook.sheet.graph import Graph
@@ -67,13 +66,13 @@ class Sampled:
             calculation.unround(self.inputs)
         self.values = self.run_with()
 
-    def _wide(self):
+    def _wide(self) -> float:
         """How much longer lengths must be for some to be beyond the limits that formulas set, as IF(B8>100,…)."""
         limiting = [part for _, part in self.graph.parts if part[0] in {*COMPARISONS, "MIN", "MAX"}]
         limits = [abs(inner[1]) for part in limiting for inner in parts_of(part) if inner[0] == "number"]
         return max([1.0, *(limit / 20 for limit in limits if limit < MOST)])
 
-    def _set_units(self, places, base):
+    def _set_units(self, places: Line, base: Values) -> None:
         """Degrees, radians or gon: whole turns of which unit leave more sines and cosines as they are.
 
         Angles of one calculation are in one unit, but for formulas such as =RADIANS(20).
@@ -88,9 +87,9 @@ class Sampled:
             is_own = agreed and (own == said or (own == 1.0 and place in self.graph.trees))
             self.units.update({place: own} if is_own else {})
 
-    def _unit(self, places, base):
+    def _unit(self, places: Line, base: Values) -> tuple[float, bool]:
         """The unit in radians, and whether all sines and cosines that use the places say so."""
-        own, votes, every = {p: np.array([self.graph.own[p] + 0.3]) for p in places}, np.zeros(3), 0
+        own, votes, every = {p: np.array([self.graph.number(p) + 0.3]) for p in places}, np.zeros(3), 0
         still = self.graph.run(own, base, self.graph.downstream(places))
         for place in places:
             moved = self.graph.downstream([place])

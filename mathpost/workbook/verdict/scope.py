@@ -11,7 +11,8 @@ import numpy as np
 
 from mathpost.detective.digits import written_decimals
 from mathpost.workbook.sheet.evaluate import STATISTICS
-from mathpost.workbook.sheet.place import beside
+from mathpost.workbook.sheet.formula import Tree
+from mathpost.workbook.sheet.place import Place, beside
 from mathpost.workbook.sheet.tree import areas, heads
 from mathpost.workbook.verdict.values import CALCULATED
 
@@ -30,7 +31,7 @@ class Scope:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.places, self.rest = self._scope()
 
-    def _scope(self):
+    def _scope(self) -> tuple[list[Place], set[Place]]:
         """The cells to judge, and those of them that no result needs."""
         judge, graph, found = self.judge, self.graph, self.found
         messages = (
@@ -49,23 +50,23 @@ class Scope:
         typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
         typed |= unused
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
-        results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
-        rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
+        explained = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
+        rest = set(places) - (graph.upstream(explained, judge.inputs) - judge.inputs.keys()) | judge.unsure
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
         from_given, from_any = (graph.downstream(p - graph.trees.keys()) for p in (given, graph.cells.keys()))
         # The numbers of points, 1, 2, 3, copied beside what became of them.
         copies = rest - graph.used.keys() - from_given
         copies = {p for p in copies if graph.tree(p)[0] == "area"}
         own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
-        other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
+        other = {p for p in own for q in beside(p) if q in own and abs(graph.number(q) - graph.number(p)) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         from_given = graph.downstream(given - graph.trees.keys())  # and what stands beside it
         other |= {p for p in rest & from_any - from_given if _is_count_or_mean(graph.tree(p))}
         return [p for p in places if p not in other], rest - other
 
-    def _looks_calculated(self, place):
+    def _looks_calculated(self, place: Place) -> bool:
         """Whether a number that no formula uses has a label, or decimals, of what nobody gives."""
-        label, number = self.found.label(place), self.graph.own[place]
+        label, number = self.found.label(place), self.graph.number(place)
         if re.search(EXPECTED, label, re.I):
             return False
         many = float(f"{number:.2g}") != number or number == 0
@@ -74,14 +75,16 @@ class Scope:
         return bool(named) or (alone and written_decimals(number) >= CALCULATED)
 
     @cached_property
-    def _typed_in(self):
+    def _typed_in(self) -> Counter[int]:
         """How many typed numbers each component has."""
         component = self.graph.component
         return Counter(id(component[p]) for p in self.found.typed if p in component)
 
-    def _marks(self):
+    def _marks(self) -> set[Place]:
         """Formulas that give one of some numbers, as points for a right answer, or sum such up: messages."""
-        graph, typed, found, marks = self.graph, self.found.typed - self.graph.trees.keys(), set(), set()
+        graph, typed = self.graph, self.found.typed - self.graph.trees.keys()
+        found: set[Place] = set()
+        marks: set[Place] = set()
         for place in graph.order:
             uses = set(graph.uses[place])
             if _is_a_choice(graph.trees[place]) or (uses & found and found | typed >= uses):
@@ -92,17 +95,17 @@ class Scope:
         return marks
 
 
-def _is_a_choice(tree):
+def _is_a_choice(tree: Tree) -> bool:
     """Whether a formula is an IF of which all results are numbers or texts, not all the same."""
     if tree[0] != "IF":
         return False
     return all(part[0] in ("number", "text") or _is_a_choice(part) for part in tree[2:])
 
 
-def _is_count_or_mean(tree):
+def _is_count_or_mean(tree: Tree) -> bool:
     """Whether a formula only counts on, or sums up: no calculation of this field is made of such alone."""
     return heads(tree) <= {*STATISTICS, "area", "number", "+", "-"} and len(areas(tree)) == 1
 
 
-def _half_digit(number):
+def _half_digit(number: float | None) -> float:
     return 0.51 * 10.0 ** -written_decimals(number) if number else 1e-6

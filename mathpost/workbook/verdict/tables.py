@@ -37,7 +37,7 @@ class Tables:
         self.judge.prepare(self.rows)
         self._vary_constants()
 
-    def _vary_constants(self):
+    def _vary_constants(self) -> None:
         """Vary the numbers of the machine that stand in the sheet, where no word tells that one is used wrongly."""
         for _, table in groupby(self.rows, lambda row: row.table):
             rows = [row for row in table if len(row.results) == 5]

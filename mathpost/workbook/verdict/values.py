@@ -6,6 +6,7 @@ What stands between them is listed, not judged. A slip that is lucky at these nu
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count, permutations, product
 from typing import TYPE_CHECKING
@@ -17,7 +18,7 @@ from mathpost.detective.digits import written_decimals
 from mathpost.workbook.meaning.label import IN_RADIANS, Role
 from mathpost.workbook.report import RIGHT, UNCLEAR, WRONG, Fault
 from mathpost.workbook.sheet.file import EMPTY
-from mathpost.workbook.sheet.place import offset
+from mathpost.workbook.sheet.place import Place, offset
 from mathpost.workbook.verdict.labels import labelled
 
 if TYPE_CHECKING:
@@ -35,11 +36,11 @@ class Judged:
     `asked` has what a result should be, and the places of angles and point; `given` are places of inputs.
     """
 
-    statuses: dict = field(default_factory=dict)
-    faults: list = field(default_factory=list)
-    seen: list = field(default_factory=list)
-    asked: dict = field(default_factory=dict)
-    given: set = field(default_factory=set)
+    statuses: dict[Place, str] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    seen: list[str] = field(default_factory=list)
+    asked: dict[Place, tuple[float, list[Place], list[Place]]] = field(default_factory=dict)
+    given: set[Place] = field(default_factory=set)
 
 
 def check_values(graph: Graph, found: Recognised) -> Judged:
@@ -58,19 +59,21 @@ def check_values(graph: Graph, found: Recognised) -> Judged:
     return values
 
 
-def _calculations(graph, blocks):
+def _calculations(graph: Graph, blocks: list[tuple[Role, Place]]) -> Iterator[list[list[Place]]]:
     """Yield (angles, point, result), each of three places: each x' with the inputs that are nearest before it."""
     for n, (role, place) in enumerate(blocks):
         if role == Role("outcome", (0,)):
             near = dict([*blocks[n + 1 :][::-1], *blocks[:n]])  # the last before it, or else the first after it
             near |= {role: place for role, place in blocks[n:][::-1] if role.kind == "outcome"}
             for cells in (near, *(near | more for more in _more_points(graph, blocks, place))):
-                threes = [[cells.get(Role(kind, (k,))) for k in range(3)] for kind in KINDS]
-                if all(None not in three for three in threes):
-                    yield threes
+                threes = [[Role(kind, (k,)) for k in range(3)] for kind in KINDS]
+                if all(role in cells for three in threes for role in three):
+                    yield [[cells[role] for role in three] for three in threes]
 
 
-def _judge(graph, found, values, angles, point, result):
+def _judge(
+    graph: Graph, found: Recognised, values: Judged, angles: list[Place], point: list[Place], result: list[Place]
+) -> None:
     """Judge three results.
 
     Those that are all off are wrong where a slip explains them; else who knows what they are.
@@ -85,9 +88,9 @@ def _judge(graph, found, values, angles, point, result):
     vector = np.array(given[3:]) - (found.task.origin or (0, 0, 0))
     right, cells = matrix @ vector, [graph.cells.get(place, EMPTY) for place in result]
     values.asked |= {place: (value, angles, point) for place, value in zip(result, right, strict=True)}
-    written, size = [cell.number for cell in cells], np.linalg.norm(right)
+    written, size = [cell.number for cell in cells], float(np.linalg.norm(right))
 
-    def status(number, n, wanted=right):
+    def status(number: float | None, n: int, wanted: np.ndarray = right) -> str:
         if number is None:  # a text is wrong, an empty cell or a formula that was not read is not judged
             return UNCLEAR if cells[n].value is None or cells[n].formula else WRONG
         return _status(number, wanted[n], size)
@@ -117,12 +120,12 @@ def _judge(graph, found, values, angles, point, result):
         values.faults.append(Fault(graph.address(result[n]), cause, message, result[n]))
 
 
-def _matrix(found, radians):
+def _matrix(found: Recognised, radians: np.ndarray) -> np.ndarray:
     active = euler.matrix(found.sequence, radians)
     return active if found.active else active.T
 
 
-def _slips(found, radians, point):
+def _slips(found: Recognised, radians: np.ndarray, point: np.ndarray) -> Iterator[tuple[str, str, np.ndarray]]:
     """Yield cause, sentence and the three results of slips that change all of them."""
     matrix = _matrix(found, radians)
     yield "other convention", "turned the other way, active for passive", matrix.T @ point
@@ -134,7 +137,7 @@ def _slips(found, radians, point):
         yield "wrong angle", "turned by one angle in place of another", _matrix(found, radians[[*order]]) @ point
 
 
-def _status(written, right, size):
+def _status(written: float, right: float, size: float) -> str:
     """Right to its digits; not judged if off by no more than what matrices of as many decimals, or three, lose."""
     off, decimals = abs(written - right), written_decimals(written)
     if off <= max(0.51 * 10.0**-decimals, 1e-9 * (1 + size)):
@@ -142,9 +145,10 @@ def _status(written, right, size):
     return UNCLEAR if off <= size * 10.0 ** -max(decimals, CALCULATED) else WRONG
 
 
-def _inputs_and_results(graph, cells):
+def _inputs_and_results(graph: Graph, cells: dict[str, str] | None) -> list[tuple[Role, Place]]:
     """(Role, place) of angles and coordinates, as they are read, but for angles that are others with a minus."""
-    first, found = {}, []
+    first: dict[Role, float | None] = {}
+    found = []
     for block in labelled(graph, cells):
         place, value = block.places[0], graph.value(block.places[0])
         before = first.setdefault(block.role, value)
@@ -153,7 +157,7 @@ def _inputs_and_results(graph, cells):
     return found
 
 
-def _more_points(graph, blocks, first):
+def _more_points(graph: Graph, blocks: list[tuple[Role, Place]], first: Place) -> Iterator[dict[Role, Place]]:
     """Yield role → place of what goes on below a row, or beside a column, of x y z and x' y' z', angles or not."""
     taken = {place for _, place in blocks}
     for along in (1, 2):

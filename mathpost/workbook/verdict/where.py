@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 TURNING = {"SIN", "COS", "TAN"}
 AT_ONCE = 16  # options that are tried side by side
+Each = TypeVar("Each")
 
 
 class Where:
@@ -64,10 +65,13 @@ class Where:
         mates = [q for p in best[2] for q in self.judge.graph.array(p)] if best[0] < UNEXPLAINED else ()
         return {q: self.judge.targets[q] for q in mates if q in self.judge.targets} | best[2]
 
-    def _candidates(self, calculation, targets, bad):
+    def _candidates(
+        self, calculation: Calculation, targets: Values, bad: list[Place]
+    ) -> Iterator[tuple[tuple, Line, Iterator[Values]]]:
         """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all."""
         graph, found, scope = self.graph, self.found, self.graph.upstream(bad)
-        blocks, pairs = [w for w in found.windows if not scope.isdisjoint(w)], {}
+        blocks = [w for w in found.windows if not scope.isdisjoint(w)]
+        pairs: dict[tuple[Place, ...], list[Place]] = {}
         formulas = scope & graph.trees.keys() - self.judge.inputs.keys()
         for place in self.found.sorted(formulas - {p for window in blocks for p in window}):
             if heads(graph.trees[place]) & {"SIN", "COS", "TAN"}:
@@ -75,8 +79,8 @@ class Where:
         blocks += self.lines(calculation, scope)
         for block in (*blocks, *(tuple(pair) for pair in pairs.values() if len(pair) == 2)):
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
-            options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
-            yield (*order, len(block)), block, self._tried(options, targets, bad)
+            known = [dict(zip(block, each, strict=True)) for each in calculation.known.get(len(block), ())]
+            yield (*order, len(block)), block, self._tried(known, targets, bad)
         typed = scope & (found.constants | (found.typed & targets.keys()))
         if isinstance(calculation, Plane):
             typed |= scope & found.typed - {p for c in self.judge.live for p in c.given}
@@ -119,7 +123,7 @@ class Where:
             lines |= {line for p in scope & self.graph.trees.keys() for line in self.judge.vectors_of(p)}
         return sorted(lines, key=lambda line: [self.graph.reading_order(p) for p in line])
 
-    def _tried(self, options, targets, bad):
+    def _tried(self, options: Iterable[Values], targets: Values, bad: list[Place]) -> Iterator[Values]:
         """Of the options (place → value) what they change, of those that meet the targets, one of `bad` first."""
         first, before = bad[0], self.graph.upstream(bad[:1])
         for batch in batched(options, AT_ONCE):
@@ -138,13 +142,21 @@ class Where:
                 ):
                     yield changes[n]
 
-    def _moved(self, places):
+    def _moved(self, places: Line) -> Values:
         """All that follows from some cells, where 0, 1 and 2 are added to each alone: three options for each."""
         starts = {p: np.where(np.isfinite(self.judge.now(p)[1:]).all(), self.judge.now(p), 0.0) for p in places}
         options = [{p: starts[p] + step} for p in places for step in (0.0, 1.0, 2.0)]
         return self.judge.run_each(options, self.graph.downstream(places))
 
-    def _cell_options(self, calculation, place, targets, bad, moved, n):
+    def _cell_options(
+        self,
+        calculation: Calculation,
+        place: Place,
+        targets: Values,
+        bad: list[Place],
+        moved: Callable[[], Values],
+        n: int,
+    ) -> Iterator[Values]:
         """The value of one cell that makes all targets right: solved where they are linear in it, or guessed.
 
         `moved` gives what follows from some cells that are moved, of which it is the one with the number `n`.
@@ -166,7 +178,7 @@ class Where:
         options = [wanted] if linear and steepest.max() > 1e-9 else self._plausible(calculation, place)
         yield from islice(self._tried(({place: value} for value in options), targets, bad), 1)
 
-    def _plausible(self, calculation, place):
+    def _plausible(self, calculation: Calculation, place: Place) -> Iterator[np.ndarray]:
         """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.turning:
             for a in calculation.radians.T:
@@ -205,8 +217,8 @@ class Where:
         return min(far, key=self.graph.calculation_order, default=None)
 
 
-def batched(options: Iterable, size: int) -> Iterator[tuple[Values, ...]]:
-    """Yield lists of so many options, one after the other."""
-    options = iter(options)
-    while batch := tuple(islice(options, size)):
+def batched(options: Iterable[Each], size: int) -> Iterator[tuple[Each, ...]]:
+    """Yield so many options at a time, one lot after the other."""
+    left = iter(options)
+    while batch := tuple(islice(left, size)):
         yield batch

@@ -73,17 +73,21 @@ class Why:
             cost += UNLIKELY  # it may stand there as it is, alone or in a matrix, or what follows from it may
         return cost, faults
 
-    def _completes_an_element(self, calculation, option, elements):
+    def _completes_an_element(
+        self, calculation: Calculation, option: Values, elements: dict[Line, tuple[bool, np.ndarray]]
+    ) -> bool:
         """Whether a repair makes a matrix an elementary one."""
-        return bool(elements) and len(self.judge.elements(calculation, option)) > len(elements)
+        if not (elements and isinstance(calculation, Turn)):
+            return False
+        return len(self.judge.elements(calculation, option)) > len(elements)
 
     @staticmethod
-    def _is_strange(calculation, option):
+    def _is_strange(calculation: Calculation, option: Values) -> bool:
         """Whether a plane has no such numbers on the way, as those that only make up for another slip."""
         known = calculation.entries if isinstance(calculation, Plane) else ()
         return bool(known) and not all(any(same(value, entry) for entry in known) for value in option.values())
 
-    def _spoils(self, calculation, option):
+    def _spoils(self, calculation: Calculation, option: Values) -> bool:
         """Whether a repair changes what may stand there as it is in one cell on the way to the results."""
         after = self.graph.downstream(option) - option.keys() - self.judge.targets.keys()
         right = [
@@ -92,7 +96,7 @@ class Why:
         values = self.judge.values_with(option) if right else {}
         return any(not same(values[p], self.judge.now(p)) for p in right)
 
-    def _cause(self, calculation, wanted):
+    def _cause(self, calculation: Calculation, wanted: Values) -> tuple[str, str, float]:
         """Cause, sentence and cost of one wrong cell, or of an array formula."""
         graph, (place, value) = self.graph, next(iter(wanted.items()))
         cell, short = graph.cells.get(place), self._named([*wanted])
@@ -124,7 +128,7 @@ class Why:
         text = f"{short}: ={text_of(tree, place[0])} is not what belongs there"
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
 
-    def _named(self, array):
+    def _named(self, array: list[Place]) -> str:
         """The address of the first of some cells, and of the array formula that they are of."""
         first, last = (self.graph.short(each(array, key=self.graph.reading_order)) for each in (min, max))
         return self.graph.short(array[0]) + f", of the array {first}:{last}" * (len(array) > 1)
@@ -142,22 +146,22 @@ class Why:
             return "wrong angle"
         return "wrong point" if {old.places[0], new.places[0]} <= self.found.lengths else "wrong reference"
 
-    def _missing(self, calculation, place, value):
+    def _missing(self, calculation: Calculation, place: Place, value: np.ndarray) -> str | None:
         """A term that is missing from a sum: a number, or a product of cells and functions of those around."""
         graph, lacking = self.graph, value - self.judge.now(place)
         if not np.isfinite(lacking[1:]).all():
             return None
-        around = graph.component[place]
-        around = around if len(around) <= 16 else [p for p in around if p[1] == place[1]]
-        pool = [*(s for p in around for s in graph.uses.get(p, ())), *calculation.given]
-        pool = dict.fromkeys([*pool, *(near for s in graph.uses[place] for near in beside(s))])
-        factors = [
+        whole = graph.component[place]
+        around = [p for p in whole if len(whole) <= 16 or p[1] == place[1]]
+        used = [*(s for p in around for s in graph.uses.get(p, ())), *calculation.given]
+        pool = dict.fromkeys([*used, *(near for s in graph.uses[place] for near in beside(s))])
+        trees: list[Tree] = [
             ("number", float(lacking[1])),
             *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells and p != place),
         ]
         parts = [part for p in around for part in parts_of(graph.tree(p))]
-        factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
-        factors = {text_of(tree): tree for tree in factors}
+        trees += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
+        factors = {text_of(tree): tree for tree in trees}
         values = [
             np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()
         ]
@@ -175,7 +179,7 @@ class Why:
         """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
         size, square = SIZES[len(unit)], len(unit) > 4
 
-        def matrix(places, *more):
+        def matrix(places: Line, *more: Values) -> np.ndarray:
             return self.judge.block(places, *more).T.reshape(SAMPLES, size, -1)
 
         now, wanted = matrix(unit), matrix(unit, option)
@@ -201,5 +205,5 @@ class Why:
         return None
 
 
-def _turned(matrix):
+def _turned(matrix: np.ndarray) -> np.ndarray:
     return np.swapaxes(matrix, 1, 2)
