@@ -70,6 +70,14 @@ class Unmeasured:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """An error that nobody measured, and that readings show."""
+
+    size: float  # the greatest, mm or radians
+    times: float  # what is the most, in standard uncertainties from before anything was read
+
+
+@dataclass(frozen=True)
 class Solution:
     """One least-squares estimate; `kept` are the indices of the unknowns that were sought."""
 
@@ -145,8 +153,8 @@ class Problem:
             prior[own] = given["drift"]
         return prior
 
-    def solve(self) -> tuple[Solution, dict[str, float]]:
-        """Return the `Solution`, and what it shows of what nobody measured: sizes by name, see `_shown`.
+    def solve(self) -> tuple[Solution, dict[str, Shown]]:
+        """Return the `Solution`, and what it shows of what nobody measured by name, see `_shown`.
 
         First everything is taken for measured. If the readings speak against that, the errors that nobody measured
         are sought and have their part in the noise. If not, they widen the uncertainty, by what the readings leave
@@ -174,7 +182,7 @@ class Problem:
         x = self._exact(sought, noise.sigmas, found.x)
         self.linear = x, *self.predict(self.all, x)
         found = self._with_bias(self._estimate(sought, noise.sigmas, noise.freedom), others)
-        return found, {} if noise is plain else self._shown(found)
+        return found, self._shown(found)
 
     def _with_bias(self, found: Solution, others: list[int]) -> Solution:
         """The estimate with what the unknowns `others`, taken for nothing, may have moved it by."""
@@ -279,21 +287,25 @@ class Problem:
         ratio = (square[1] - square[0]) / (free[1] - free[0]) / (square[0] / free[0])
         return scipy.stats.f.sf(max(ratio, 0), free[1] - free[0], free[0]) < SHOWN
 
-    def _shown(self, found: Solution) -> dict[str, float]:
-        """What of the unmeasured stands out of its uncertainty: its greatest size by name, mm or radians."""
+    def _shown(self, found: Solution) -> dict[str, Shown]:
+        """What of the unmeasured stands out of its uncertainty: by squareness, joint, or file that drifts."""
         shown, full = {}, np.zeros((self.count, self.count))
         full[np.ix_(found.kept, found.kept)] = found.covariance
+        sizes: list[tuple[str, slice, np.ndarray]] = []  # names, and sums of unknowns, (n, unknowns) of a slice
+        for name in SQUARENESS:
+            index = self.names.index(name)
+            sizes.append((name, slice(index, index + 1), np.eye(1)))
         for each, own in zip(self.effects, self.terms, strict=True):
             at = np.concatenate([table_position(self.machine, b.joints, each.joint) for b in self.blocks])
-            shares = each.shape(at)
+            sizes.append((self.machine.joint_names[each.joint], own, each.shape(at)))
+        sizes += [(block.where, own, np.eye(3)) for block, own in zip(self.blocks, self.drifts, strict=True)]
+        for name, own, shares in sizes:
             error = np.abs(shares @ found.x[own])
             deviation = np.sqrt(np.einsum("ni,ij,nj->n", shares, full[own, own], shares))
-            if (error > 3 * np.maximum(deviation, ROUNDING)).any():
-                shown[self.machine.joint_names[each.joint]] = float(error.max())
-        for block, own in zip(self.blocks, self.drifts, strict=True):
-            size, deviation = np.abs(found.x[own]), np.sqrt(np.diag(full)[own])
-            if (out := size > 3 * np.maximum(deviation, ROUNDING)).any():
-                shown[block.where] = float(size[out].max())
+            out = error > 3 * np.maximum(deviation, ROUNDING)
+            if out.any():
+                assumed = np.sqrt(shares[out] ** 2 @ self.prior[own] ** 2)
+                shown[name] = Shown(float(error[out].max()), float((error[out] / assumed).max()))
         return shown
 
     def _told_apart(self) -> tuple[dict[str, list[str] | None], set[int]]:

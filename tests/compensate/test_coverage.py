@@ -9,7 +9,14 @@ from tests.compensate import simulated
 from tests.compensate.coverage import CASES, shares
 from tests.compensate.simulated import Simulated
 
-ALWAYS = ("C reversed", "ex and ey exchanged", "A and C exchanged", "a chip of 0.15 mm", "every row twice")
+ALWAYS = (
+    "the sign of A or B",
+    "C reversed",
+    "ex and ey exchanged",
+    "A and C exchanged",
+    "a chip of 0.15 mm",
+    "every row twice",
+)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -65,6 +72,19 @@ def test_the_row_with_the_chip_is_named(tmp_path):
     machine = Simulated("table", np.random.default_rng(3))
     doubts = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), change=chip)).doubts
     assert "line 15, column 'ey': +15" in doubts[1]
+
+
+@pytest.mark.parametrize(
+    ("square", "drift", "doubt"),
+    [
+        ((0, 200e-6, 0), 0.0, "EB0Z: the readings show slides out of square by 2"),
+        ((0, 0, 0), 0.05, "the readings drift by 5"),
+    ],
+)
+def test_what_no_machine_in_good_order_has_is_doubted(square, drift, doubt, tmp_path):
+    machine = Simulated("table", np.random.default_rng(3), square)
+    found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), drift=drift))
+    assert any(doubt in each and "a sign or a column is wrong" in each for each in found.doubts)
 
 
 @pytest.mark.parametrize(
