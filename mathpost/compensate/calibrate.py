@@ -163,9 +163,11 @@ def calibrate(machine: Machine, paths: Sequence[Path | str], **settings: Any) ->
     ('10.0 ± 0.4 µm', True)
     """
     read = [files.read(each, machine, **settings) for each in paths]
-    found = estimate(machine, read)
-    if found.fits:
-        return found
+    try:
+        found = estimate(machine, read)
+    except InputError as error:
+        causes = suspect.causes(machine, paths, read, settings, None, estimate)
+        raise InputError(error.where, error.expected, "; ".join([str(error.found), *causes])) from None
     causes = suspect.causes(machine, paths, read, settings, found, estimate)
     return replace(found, doubts=(*found.doubts, *causes))
 
@@ -181,13 +183,13 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
         others = f"{len(bars)} of a bar, {len(blocks) + len(seen)} others"
         raise InputError("readings", "readings of an axis, and at most one test bar beside them", others)
     problem = Problem(machine, blocks, seen)
-    solution, shown = problem.solve()
+    solution = problem.solve()
     found = _calibration(problem, solution, bars[0] if bars else {})
     found = replace(found, residuals=tuple(verdict.residuals(problem, solution)))
     if not seen and set(found.values) <= set(found.assumed):
         raise InputError(", ".join(found.noise), "readings at several angles of an axis", "none that tells of one")
     verdict.refuse_absurd(found)
-    doubts, notes = verdict.judge(problem, solution, shown)
+    doubts, notes = verdict.judge(problem, solution)
     doubts, notes = (*files.copied(blocks), *doubts), (*notes, *verdict.left_out(problem, solution, found))
     far = verdict.far_off(found)
     if all(each.method in files.PROBED for each in blocks):  # which may be meant to find an axis

@@ -8,9 +8,8 @@ Where the readings determine it, they overrule that; where they do not, it is in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -20,11 +19,10 @@ import scipy
 from mathpost.compensate import held
 from mathpost.compensate.model import SQUARENESS, table_position
 from mathpost.compensate.moved import moved, unknowns
-from mathpost.compensate.positioning import ROUNDING, Positioning
+from mathpost.compensate.positioning import Positioning
+from mathpost.compensate.unmeasured import Unmeasured, unmeasured
 from mathpost.errors import InputError
-from mathpost.files import data_file
 from mathpost.measure.fit import least_squares
-from mathpost.toml_table import read_toml
 
 if TYPE_CHECKING:
     from mathpost.compensate.readings import Readings
@@ -36,45 +34,6 @@ SHOWN = 0.01  # chance below which readings are taken to show an error that nobo
 LEAST = 1e-6  # mm: no reading scatters less
 FEWEST = 3  # spare readings below which they are not asked for it
 DETERMINED = 0.5  # of the uncertainty from before anything was read: readings that leave more determine nothing
-
-
-@lru_cache(maxsize=1)
-def unmeasured() -> dict[str, np.ndarray]:
-    """The standard uncertainties of what nobody measured: mm and radians, by name."""
-    content = read_toml(data_file("measurements/methods.toml"))["unmeasured"]
-    size = {"squareness": 1e-6, "tilt": 1e-6, "rotary": np.deg2rad(1 / 3600), "slide": 1e-6, "drift": 1e-3}
-    return {name: size[name] * np.array(value, dtype=float) for name, value in content.items()}
-
-
-@dataclass(frozen=True)
-class Unmeasured:
-    """The positioning error of a joint without a table: `shape` takes positions, (n,), to shares, (n, terms)."""
-
-    joint: int
-    shape: Callable[[np.ndarray], np.ndarray]
-    sigma: np.ndarray  # standard uncertainty of each term, radians or mm
-
-    @classmethod
-    def of(cls, joint: int) -> Unmeasured:
-        """Harmonics of a rotary joint, nothing at zero; the scale of a slide."""
-        if joint < 3:
-            return cls(joint, lambda at: np.asarray(at)[:, None], np.atleast_1d(unmeasured()["slide"]))
-        size = unmeasured()["rotary"]
-        orders = np.arange(1, len(size) + 1)
-
-        def shape(at: np.ndarray) -> np.ndarray:
-            angle = np.deg2rad(at)[:, None] * orders
-            return np.hstack([np.sin(angle), np.cos(angle) - 1])
-
-        return cls(joint, shape, np.tile(size, 2))
-
-
-@dataclass(frozen=True)
-class Shown:
-    """An error that nobody measured, and that readings show."""
-
-    size: float  # the greatest, mm or radians
-    times: float  # what is the most, in standard uncertainties from before anything was read
 
 
 @dataclass(frozen=True)
@@ -136,6 +95,7 @@ class Problem:
         standing = [each.joints[:, :3] + machine.origin for each in blocks] or [np.zeros((1, 3))]
         middle = np.concatenate(standing).mean(axis=0)
         self.about = {name: middle["XYZ".index(name[3])] for name in SQUARENESS}
+        self.linear = np.zeros(self.count), *self.predict(self.all, np.zeros(self.count))
         self.reasons, self.told = self._told_apart()
         self.prior = self._prior()
 
@@ -153,8 +113,8 @@ class Problem:
             prior[own] = given["drift"]
         return prior
 
-    def solve(self) -> tuple[Solution, dict[str, Shown]]:
-        """Return the `Solution`, and what it shows of what nobody measured by name, see `_shown`.
+    def solve(self) -> Solution:
+        """Return the `Solution`.
 
         First everything is taken for measured. If the readings speak against that, the errors that nobody measured
         are sought and have their part in the noise. If not, they widen the uncertainty, by what the readings leave
@@ -181,8 +141,20 @@ class Problem:
         self.about = {name: 0.0 if self.determined(found, name) else at for name, at in self.about.items()}
         x = self._exact(sought, noise.sigmas, found.x)
         self.linear = x, *self.predict(self.all, x)
-        found = self._with_bias(self._estimate(sought, noise.sigmas, noise.freedom), others)
-        return found, self._shown(found)
+        return self._with_bias(self._estimate(sought, noise.sigmas, noise.freedom), others)
+
+    def misfit(self, noise: Sequence[float]) -> float:
+        """How badly the readings fit: squares of what is left of them and of what was assumed, in deviations.
+
+        `noise` is that of each file in mm. All unknowns are sought, in one linear step from nothing.
+        """
+        each_file = (sigma for sigma in noise)
+        given = [each.sigma if isinstance(each, Positioning) else next(each_file) for each in self.sources]
+        sigmas = np.concatenate(
+            [np.broadcast_to(sigma, len(each.value)) for sigma, each in zip(given, self.sources, strict=True)]
+        )
+        found = self._estimate(self._sought(effects=True, drift=True), sigmas, [])
+        return float(((found.residuals / sigmas) ** 2).sum() + ((found.x / self.prior) ** 2).sum())
 
     def _with_bias(self, found: Solution, others: list[int]) -> Solution:
         """The estimate with what the unknowns `others`, taken for nothing, may have moved it by."""
@@ -287,34 +259,13 @@ class Problem:
         ratio = (square[1] - square[0]) / (free[1] - free[0]) / (square[0] / free[0])
         return scipy.stats.f.sf(max(ratio, 0), free[1] - free[0], free[0]) < SHOWN
 
-    def _shown(self, found: Solution) -> dict[str, Shown]:
-        """What of the unmeasured stands out of its uncertainty: by squareness, joint, or file that drifts."""
-        shown, full = {}, np.zeros((self.count, self.count))
-        full[np.ix_(found.kept, found.kept)] = found.covariance
-        sizes: list[tuple[str, slice, np.ndarray]] = []  # names, and sums of unknowns, (n, unknowns) of a slice
-        for name in SQUARENESS:
-            index = self.names.index(name)
-            sizes.append((name, slice(index, index + 1), np.eye(1)))
-        for each, own in zip(self.effects, self.terms, strict=True):
-            at = np.concatenate([table_position(self.machine, b.joints, each.joint) for b in self.blocks])
-            sizes.append((self.machine.joint_names[each.joint], own, each.shape(at)))
-        sizes += [(block.where, own, np.eye(3)) for block, own in zip(self.blocks, self.drifts, strict=True)]
-        for name, own, shares in sizes:
-            error = np.abs(shares @ found.x[own])
-            deviation = np.sqrt(np.einsum("ni,ij,nj->n", shares, full[own, own], shares))
-            out = error > 3 * np.maximum(deviation, ROUNDING)
-            if out.any():
-                assumed = np.sqrt(shares[out] ** 2 @ self.prior[own] ** 2)
-                shown[name] = Shown(float(error[out].max()), float((error[out] / assumed).max()))
-        return shown
-
     def _told_apart(self) -> tuple[dict[str, list[str] | None], set[int]]:
         """Which unknowns the readings tell from those before them: names to what they are not told from, indices.
 
         Where a ball stands and what the laser has seen come first, then the geometry in the order of `unknowns`.
         What has a reading of its own need not be told apart.
         """
-        matrix, geometry = self.predict(self.all, np.zeros(self.count))[1], len(self.names)
+        matrix, geometry = self.linear[2], len(self.names)
         free = [n for own in (*self.entries, *self.places) for n in range(own.start, own.stop)]
         kept: list[int] = []
         basis = np.empty((len(matrix), 0))

@@ -8,7 +8,7 @@ prints a file for each method to fill in; the methods are in data/measurements/m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -96,15 +96,17 @@ def _example(method: str, machine: Machine) -> str:
     return METHODS[method]["example"].replace("{axes}", axes).replace("{table}", (tables or [axes[-1]])[-1])
 
 
-def read(
-    path: Path | str, machine: Machine, *, change: Callable[[Table], None] | None = None, **settings: Any
-) -> Read:
+def read(path: Path | str, machine: Machine, **settings: Any) -> Read:
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
     `machine` is as the control believed it to be; `settings` are ``method``, ``unit``, ``axis`` and so on, where
-    the file does not say them. What it leaves unclear is asked for by an `InputError` with the line. `change` is
-    called with the table before it is taken for readings: `mathpost.compensate.suspect` seeks mistakes with it.
+    the file does not say them. What it leaves unclear is asked for by an `InputError` with the line.
     """
+    return taken(read_table(path, machine, **settings), machine)
+
+
+def read_table(path: Path | str, machine: Machine, **settings: Any) -> Table:
+    """Read a file of any method as the table that it is, with its settings."""
     for key in set(settings) - set(csv_table.KNOWN):
         raise InputError(key, f"settings among {', '.join(csv_table.KNOWN)}", "none of them")
     lines = csv_table.scan(path)
@@ -121,10 +123,13 @@ def read(
         table = csv_table.parse(lines, [], optional=_columns(method, machine), text=["face", "setup"])
         if "setup" in table:  # numbers or words, which ball it is
             table["setup"] = np.unique(table["setup"], return_inverse=True)[1].astype(float)
-    table.settings = said | table.settings
-    if change is not None:
-        change(table)
-        method = table.settings["method"]
+    table.settings = said | table.settings | {"method": method}
+    return table
+
+
+def taken(table: Table, machine: Machine) -> Read:
+    """Take a table of any method for what it says; see `read`. Units in the table are obeyed, in place."""
+    method = table.settings["method"]
     if method == "bar":
         _obey_places(table, ("at",))
         return bar(table, machine)

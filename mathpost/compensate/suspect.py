@@ -1,13 +1,24 @@
-"""Why readings do not fit: a sign, two columns exchanged, another unit, another method; sought by trying them."""
+"""Why readings do not fit: a sign, two columns exchanged, another unit, another method; sought by trying them.
+
+Each is tried in one linear step, and compared by likelihood: twice the logarithm of how much better the readings
+would fit. What is decisively better is estimated in full, and named if that fits.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from copy import deepcopy
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mathpost.compensate import readings as files
+from mathpost.compensate.positioning import Positioning
+from mathpost.compensate.problem import Problem
 from mathpost.compensate.readings import METHODS, Read, Readings
 from mathpost.errors import MathpostError
 
@@ -16,42 +27,114 @@ if TYPE_CHECKING:
     from mathpost.machine import Machine
     from mathpost.measure.csv_table import Table
 
-BETTER = 3  # times less noise, by which a cause is taken for one
+DECISIVE = 20.0  # twice the logarithm of the odds, 20,000 to 1, by which a cause is taken for one
+BETTER = 3  # times less noise, by which one is named although what it leaves does not fit either
 INCH = 25.4
+FILES = 3  # of those that do not fit, in which a cause is sought
+TRIED = 3  # causes that are estimated in full
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What may be wrong, in words, and the readings if it is mended."""
+
+    words: str
+    where: tuple[str, ...]  # the files
+    read: tuple[Read, ...]
+    misfit: float
 
 
 def causes(
     machine: Machine, paths: Sequence[Path | str], read: Sequence[Read], settings: dict[str, Any],
-    found: Calibration, estimate: Callable[[Machine, Sequence[Read]], Calibration],
+    found: Calibration | None, estimate: Callable[[Machine, Sequence[Read]], Calibration],
 ) -> list[str]:  # fmt: skip
-    """Return sentences on the likely cause for each file that scatters too much, found by mending it."""
-    sentences = []
-    for number, (path, block) in enumerate(zip(paths, read, strict=True)):
-        if not isinstance(block, files.Readings) or not any(str(path) in doubt for doubt in found.doubts):
+    """Return a sentence on the likely cause if there is one; `found` is the estimate as it is, if there is one."""
+    blocks = {n: each for n, each in enumerate(read) if isinstance(each, Readings)}
+    if not blocks:
+        return []
+    doubts = found.doubts if found else ()
+    named = [n for n in blocks if any(str(paths[n]) in doubt for doubt in doubts)][:FILES]
+    sets = list(dict.fromkeys([tuple(blocks), *((n,) for n in named)]))
+    noise = [_noise(each, found) for each in blocks.values()]
+    before = _misfit(machine, read, noise)
+    tables = {n: files.read_table(paths[n], machine, **settings) for n in blocks}
+    tried = [each for own in sets for each in _tried(machine, read, {n: tables[n] for n in own}, noise)]
+    tried = sorted((each for each in tried if before - each.misfit > DECISIVE), key=lambda each: each.misfit)
+    likely: dict[str, tuple[Cause, Calibration]] = {}
+    for each in tried[:TRIED]:
+        if each.misfit - tried[0].misfit > DECISIVE and likely:
+            break
+        try:
+            mended = estimate(machine, each.read)
+        except MathpostError:
             continue
-        before, best = found.noise[block.where][0], None
-        for words, change in _changes(block, machine):
-            try:
-                mended = files.read(path, machine, change=change, **settings)
-                other = estimate(machine, [*read[:number], mended, *read[number + 1 :]])
-            except MathpostError:
-                continue
-            noise = other.noise[block.where][0]
-            if BETTER * noise < before and not _too_much(other, block) and (best is None or noise < best[0]):
-                best = noise, words
-        if best is not None:
-            said = f"readings would scatter by {1e3 * best[0]:.1f} instead of {1e3 * before:.1f} µm"
-            sentences.append(f"{block.where}: likely cause: {best[1]}; {said}")
-    return sentences
+        if _better(mended, found, each):
+            likely.setdefault(each.words, (each, mended))
+    return _sentences(list(likely.values()), found)
 
 
-def _too_much(found: Calibration, block: Readings) -> bool:
-    return 1e3 * found.noise[block.where][0] > METHODS[block.method]["noise"]
+def _noise(block: Readings, found: Calibration | None) -> float:
+    """What a reading of a file scatters by, mm: as stated or found, at most as the method's do."""
+    most = 1e-3 * METHODS[block.method]["noise"]
+    return block.sigma if np.isfinite(block.sigma) else min(most, found.noise[block.where][0] if found else most)
 
 
-def _changes(block: Readings, machine: Machine) -> Iterator[tuple[str, Callable[[Table], None]]]:
-    """What may be wrong, in words, and what mends a table."""
-    columns = list(dict.fromkeys(column for _, column in block.rows))
+def _misfit(machine: Machine, read: Sequence[Read], noise: Sequence[float]) -> float:
+    """How badly readings fit, see `Problem.misfit`."""
+    blocks = [each for each in read if isinstance(each, Readings)]
+    return Problem(machine, blocks, [each for each in read if isinstance(each, Positioning)]).misfit(noise)
+
+
+def _tried(
+    machine: Machine, read: Sequence[Read], tables: dict[int, Table], noise: Sequence[float]
+) -> Iterator[Cause]:
+    """Yield what each change of `tables`, files by number, would make of all readings."""
+    blocks = [each for n, each in enumerate(read) if n in tables and isinstance(each, Readings)]
+    for words, change in _changes(blocks, machine):
+        mended, changed = list(read), []
+        for n, table in tables.items():
+            other = deepcopy(table)
+            if change(other):
+                changed.append(str(table.path))
+                try:
+                    mended[n] = files.taken(other, machine)
+                except MathpostError:
+                    changed = []
+                    break
+        if changed:
+            with suppress(MathpostError):
+                yield Cause(words, tuple(changed), tuple(mended), _misfit(machine, mended, noise))
+
+
+def _better(mended: Calibration, found: Calibration | None, cause: Cause) -> bool:
+    """Whether the mended readings fit, or scatter by so much less that a second fault may be left."""
+    if mended.fits or found is None:
+        return mended.fits
+    return all(
+        BETTER * mended.noise[where][0] < found.noise[where][0] and not _too_much(mended, where, cause)
+        for where in cause.where
+    )
+
+
+def _too_much(found: Calibration, where: str, cause: Cause) -> bool:
+    block = next(each for each in cause.read if isinstance(each, Readings) and each.where == where)
+    return 1e3 * found.noise[where][0] > METHODS[block.method]["noise"]
+
+
+def _sentences(likely: list[tuple[Cause, Calibration]], found: Calibration | None) -> list[str]:
+    if not likely:
+        return []
+    (cause, mended), where = likely[0], likely[0][0].where[0]
+    said = f"{1e3 * mended.noise[where][0]:.1f}"
+    said += f" instead of {1e3 * found.noise[where][0]:.1f}" if found else ""
+    words = ", or ".join(each.words for each, _ in likely)
+    return [f"{', '.join(cause.where)}: likely cause: {words}; readings would scatter by {said} µm"]
+
+
+def _changes(blocks: Sequence[Readings], machine: Machine) -> Iterator[tuple[str, Callable[[Table], bool]]]:
+    """What may be wrong, in words, and what mends a table; False if that has nothing of the kind."""
+    columns = list(dict.fromkeys(column for block in blocks for _, column in block.rows))
+    methods = {block.method for block in blocks}
     axes = [each.name for each in machine.rotary]
     for name in (*axes, "angle"):
         yield f"the sign of {name}, in the readings or in the machine file", _scaled([name], -1)
@@ -64,37 +147,38 @@ def _changes(block: Readings, machine: Machine) -> Iterator[tuple[str, Callable[
     for name in columns:
         yield f"the sign of {name}", _scaled([name], -1)
     yield "the sign of all readings", _scaled(columns, -1)
-    if block.method in ("ball", "sensor"):
+    if methods & {"ball", "sensor"}:
         yield "places in inches", _scaled("xyz", INCH)
-        other = {"ball": "sensor", "sensor": "ball"}[block.method]
-        yield (
-            f"another method: {other} (along the {'table' if other == 'sensor' else 'machine'}'s axes)",
-            _method(other),
-        )
+    for method, other, whose in (("ball", "sensor", "table"), ("sensor", "ball", "machine")):
+        if method in methods:
+            yield f"another method: {other} (along the {whose}'s axes)", _method(method, other)
 
 
-def _scaled(names: Iterable[str], factor: float) -> Callable[[Table], None]:
-    def change(table: Table) -> None:
+def _scaled(names: Iterable[str], factor: float) -> Callable[[Table], bool]:
+    def change(table: Table) -> bool:
         found = [name for name in names if name in table]
-        if not found:
-            raise MathpostError("no such column")
         for name in found:
             table[name] = factor * table[name]
+        return bool(found)
 
     return change
 
 
-def _exchanged(one: str, other: str) -> Callable[[Table], None]:
-    def change(table: Table) -> None:
+def _exchanged(one: str, other: str) -> Callable[[Table], bool]:
+    def change(table: Table) -> bool:
         if one not in table or other not in table:
-            raise MathpostError("no such column")
+            return False
         table[one], table[other] = table[other], table[one]
+        return True
 
     return change
 
 
-def _method(name: str) -> Callable[[Table], None]:
-    def change(table: Table) -> None:
-        table.settings["method"] = name
+def _method(one: str, other: str) -> Callable[[Table], bool]:
+    def change(table: Table) -> bool:
+        if table.settings["method"] != one:
+            return False
+        table.settings["method"] = other
+        return True
 
     return change

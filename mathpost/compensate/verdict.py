@@ -11,11 +11,13 @@ import scipy
 
 from mathpost.compensate.model import SQUARENESS
 from mathpost.compensate.readings import METHODS, Readings
+from mathpost.compensate.unmeasured import shown
 from mathpost.errors import InputError
 
 if TYPE_CHECKING:
     from mathpost.compensate.calibrate import Calibration
-    from mathpost.compensate.problem import Problem, Shown, Solution
+    from mathpost.compensate.problem import Problem, Solution
+    from mathpost.compensate.unmeasured import Shown
 
 CHANCE = 0.002  # of readings that fit, below which a file is doubted for one of these reasons
 SMALLEST = 2e-5  # mm: no method scatters less
@@ -25,7 +27,7 @@ LARGEST = {
 }  # U of a location, mm, and of a tilt, radians, beyond which nothing is known
 FAR = {"length": 5.0, "angle": 2e-2}  # and what a machine does not have
 CHECKED = 0.05  # of a reading that the estimate leaves free: with less, no other reading checks it
-BEYOND = 3.5  # standard uncertainties beyond which what nobody measured is no longer what was assumed
+BEYOND = 3  # standard uncertainties beyond which what nobody measured is no longer what was assumed
 DRAWS, SEED = 1000, 1
 MANY = 2000  # readings of a file beyond which patterns are not sought
 
@@ -80,7 +82,7 @@ def far_off(found: Calibration) -> list[str]:
     return [f"{each}: more than any machine has; the right machine file, the right axis?" for each in sizes]
 
 
-def judge(problem: Problem, solution: Solution, shown: dict[str, Shown]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def judge(problem: Problem, solution: Solution) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return doubts and notes, tuples of sentences, on a `problem` and its `solution`."""
     doubts, notes = [], []
     for number, (block, own) in enumerate(zip(problem.blocks, problem.rows, strict=False)):
@@ -96,14 +98,15 @@ def judge(problem: Problem, solution: Solution, shown: dict[str, Shown]) -> tupl
             doubts.append(f"{each.where}: runs scatter by {scatter:.4f}: copied, rounded or in another unit?")
         if scatter > 5 * most:
             doubts.append(f"{each.where}: runs scatter by {scatter:.1f}, a laser by {most} at most")
-    for name, each in shown.items():
-        if each.times > BEYOND:
-            beyond = f"{each.times:.1f} times the standard uncertainty of a machine in good order"
+    for name, error in shown(problem, solution).items():
+        said = _in_words(problem, name, error)
+        if error.times > BEYOND:
+            beyond = f"{error.times:.1f} times the standard uncertainty of a machine in good order"
             wrong = "it is no such machine (data/measurements/methods.toml), or a sign or a column is wrong"
-            doubts.append(f"{_shown(problem, name, each)}, {beyond}: {wrong}")
+            doubts.append(f"{said}, {beyond}: {wrong}")
         elif name not in SQUARENESS:
             cure = "warm the machine up, and end with the first pose" if _drifts(problem, name) else "measure it"
-            notes.append(f"{_shown(problem, name, each)}: it is in U; {cure}")
+            notes.append(f"{said}: it is in U; {cure}")
     return tuple(doubts), tuple(notes)
 
 
@@ -112,7 +115,7 @@ def _drifts(problem: Problem, name: str) -> bool:
     return any(block.where == name for block in problem.blocks)
 
 
-def _shown(problem: Problem, name: str, each: Shown) -> str:
+def _in_words(problem: Problem, name: str, each: Shown) -> str:
     """An error that nobody measured, in words."""
     if name in SQUARENESS:
         return f"{name}: the readings show slides out of square by {1e6 * each.size:.0f} µrad"

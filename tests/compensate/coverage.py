@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine as machines
-from mathpost.compensate import readings
-from mathpost.compensate.calibrate import estimate
+from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
 from tests.compensate import simulated
 from tests.compensate.simulated import ARCSEC, SQUARE, Simulated
@@ -104,7 +103,7 @@ def once(case, kind, rng, folder):
             paths.append(folder / f"{method}{name}.csv")
             paths[-1].write_text(content, encoding="utf-8")
     try:
-        found = estimate(nominal, [readings.read(path, nominal) for path in paths])
+        found = calibrate(nominal, paths)
     except InputError as error:
         return {}, {}, str(error)
     truth = machine.true | dict(zip(("EC0Y", "EB0Z", "EA0Z"), machine.square, strict=True))

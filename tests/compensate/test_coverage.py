@@ -5,6 +5,7 @@ import pytest
 
 from mathpost import machine as machines
 from mathpost.compensate.calibrate import calibrate
+from mathpost.errors import InputError
 from tests.compensate import simulated
 from tests.compensate.coverage import CASES, shares
 from tests.compensate.simulated import Simulated
@@ -54,6 +55,25 @@ def test_the_likely_cause_is_named(changes, cause, tmp_path):
     machine = Simulated("table", np.random.default_rng(3))
     found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), change=_change(**changes)))
     assert not found.fits and f"likely cause: {cause}" in found.doubts[-1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_sign_that_drift_and_squareness_take_up_is_named(seed, tmp_path):
+    machine = Simulated("mixed", np.random.default_rng(seed))
+    found = _found(
+        tmp_path, simulated.ball(machine, np.random.default_rng(9), change=_change(B="-B")), kind="mixed"
+    )
+    assert "likely cause: the sign of B" in found.doubts[-1]
+
+
+def test_a_sign_that_is_wrong_in_all_files_is_named(tmp_path):
+    machine = Simulated("mixed", np.random.default_rng(3))
+    (tmp_path / "machine.toml").write_text(simulated.toml("mixed"), encoding="utf-8")
+    for name, method in (("one.csv", simulated.ball), ("two.csv", simulated.probe)):
+        content = method(machine, np.random.default_rng(4), change=_change(B="-B"))
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=r"fit no values; .*one.csv, .*two.csv: likely cause: the sign of B"):
+        calibrate(machines.load(tmp_path / "machine.toml"), [tmp_path / "one.csv", tmp_path / "two.csv"])
 
 
 def test_readings_along_the_tables_axes_are_no_ball(tmp_path):
