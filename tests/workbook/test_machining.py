@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
+from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.workbook import Task, check_file
 from mathpost.workbook.sheet.formula import parse
@@ -527,3 +528,11 @@ def test_tip_and_linear_words_under_each_others_headings_are_wrong(group, tmp_pa
         book.save(tmp_path / "table.xlsx")
         report = check_file(tmp_path / "table.xlsx", Task(machine=kinematics.machine))
         assert report.verdict == verdict, report
+
+
+def test_a_machine_with_one_rotary_axis_is_refused_in_a_sentence(tmp_path):
+    cells, _, _ = table("no headings")
+    path = tmp_path / "sheet.xlsx"
+    save(path, Book(cells), Values(Book(cells)).all())
+    with pytest.raises(InputError, match="machine: expected a machine with two rotary axes.*Dividing head"):
+        check_file(path, Task(machine=ROOT / "data/machines/dividing_head.toml"))

@@ -148,10 +148,13 @@ def rows_of(
     What does not stand in rows or columns is looked for by what formulas are; `found` knows what is typed.
 
     `cells` says where the columns stand, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
-    Raise `InputError` if there is no table.
+    Raise `InputError` if there is no table, or the machine has one rotary axis.
     """
     graph = found.graph
     kinematics = Kinematics(machines.load(machine) if isinstance(machine, str | Path) else machine)
+    if len(kinematics.machine.rotary) < 2:
+        expected = "a machine with two rotary axes: tables are recognised by both angles of a tool axis"
+        raise InputError("machine", expected, f"{kinematics.machine.name}, with one")
     left: list[str] = []
     if cells:
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
