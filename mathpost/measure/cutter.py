@@ -99,7 +99,7 @@ def compensated(tip: ArrayLike, normal: ArrayLike, axis: ArrayLike, old: Cutter,
     return tip - tip_from_contact(old, normal, axis) + tip_from_contact(new, normal, axis)
 
 
-def stock_left(normal: ArrayLike, axis: ArrayLike, old: Cutter, new: Cutter, *, longer: float = 0.0) -> float:
+def stock_left(normal: ArrayLike, axis: ArrayLike, old: Cutter, new: Cutter, *, longer: float = 0.0) -> np.ndarray:
     """Return how much material stands on the surface if `new` runs the CL data of `old`; negative is a gouge.
 
     The result, shape (...), is mm along the normal: exact on a plane, else to first order in the difference of

@@ -31,7 +31,7 @@ def pivot():
     return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]
 
 
-def table(number):
+def table(number: int) -> np.ndarray:
     """The printed joints of a table of source 002, mm and degrees."""
     return np.loadtxt(data(f"tables/yu_dan_table_{number}.csv"), delimiter=",", skiprows=2)[:, 1:]
 
@@ -65,7 +65,7 @@ def pieces(rows=slice(4, 6), tolerance=0.01):
 
 
 @cache
-def spoilt_program():
+def spoilt_program() -> str:
     """The blade's program, B from -25°, with two decimals of one C word exchanged: enough to miss the part."""
     text = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program
     move = [line for line in text.splitlines() if " L " in line][SPOILT]
@@ -86,7 +86,7 @@ def block():
     return int(moves[np.linalg.norm(tips - middle, axis=1).argmax()].split()[0])
 
 
-def not_lowest(low):
+def not_lowest(low: float) -> str:
     """Say why B from `low` does not avoid the swing, or that less travel does, too."""
     if not -180 <= low <= 180:
         return "Give a limit of B in degrees, between -180 and 180."
@@ -118,7 +118,7 @@ def way():
 
 
 @cache
-def new_path():
+def new_path() -> str:
     """The text of a CL file: a hollow flank, the tool tilting past the pole at 0.6° from it."""
     across, tilt = np.linspace(-20, 20, 11), np.radians(np.linspace(-14, 11, 11))
     points = np.stack([across, 30 + across**2 / 50, 10 - across / 10], axis=1)
@@ -126,7 +126,7 @@ def new_path():
     return cldata.to_text(cldata.from_arrays(points, axes, feed=FEED), title="flank")
 
 
-def not_alone(text):
+def not_alone(text: str) -> str:
     """Say what is wrong with a program for the new path."""
     return unproved(text, load("bc_table"), cldata.parse(new_path(), "the CL data"))
 

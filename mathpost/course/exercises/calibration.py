@@ -1,15 +1,23 @@
 """The exercises of lessons 08 to 11b: datum after rotation, five-face head, rotation centre, RTCP, tools."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mathpost import machine
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
 from mathpost.course.lesson_data import data, load
 from mathpost.course.verdict import define, slip
 from mathpost.measure import cutter, horizontal_head, rotary_axis, work_offset
-from mathpost.measure.horizontal_head import VERTICAL
+from mathpost.measure.horizontal_head import VERTICAL, Head
+
+if TYPE_CHECKING:
+    from mathpost.measure.fit import Measurement
 
 CENTRES = {"centre_a": (0, -200, -850), "centre_b": (-350, 0, -900)}
 G54 = (-300, -250, -600)
@@ -52,7 +60,7 @@ def dmu(end=QUARTERS, order=1):
 
 
 @cache
-def head():
+def head() -> Head:
     """The measured head of source 001."""
     return horizontal_head.read_head(data("measurements/five_face_head.csv"))
 
@@ -104,7 +112,7 @@ def square(waves=2, rows=slice(None), sense=1):
     return [found["ex"], found["ey"]]
 
 
-def probed_table(sense):
+def probed_table(sense: int) -> Measurement:
     """The probing of a table A whose axis is (sense, 0, 0)."""
     return rotary_axis.probing(machine.Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
 
@@ -120,7 +128,7 @@ def angles_needed(k=1.96):
 
 
 @cache
-def unknown_sense():
+def unknown_sense() -> dict[str, ArrayLike]:
     """Readings of a table whose file may have the wrong sign: three angles, 2 µm of noise."""
     true = {"yc": -120.0, "zc": -340.0, "yf": -60.0, "zf": -310.0}
     at = {"angle": np.array([0.0, 40.0, 90.0])}
@@ -168,7 +176,7 @@ def signs():
     return {name for name, value in true.items() if found[name] * value < 0}
 
 
-def no_gouge(pair):
+def no_gouge(pair: Sequence[float]) -> str:
     """Say why the second cutter is not smaller than the first, or does not gouge on its tips."""
     old, new = cutter.Cutter(*pair[:2]), cutter.Cutter(*pair[2:])
     slope = np.radians(np.arange(0, 91))

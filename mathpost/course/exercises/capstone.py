@@ -1,20 +1,28 @@
 """The exercises of lesson 07c: a part and a machine drawn for each learner, from the inverse to a program."""
 
+from __future__ import annotations
+
 import random
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost import machine
 from mathpost.course.answers import Number, Vector, Written
+from mathpost.course.answers.kind import Numbers
 from mathpost.course.judged_program import AXIS, Program, unproved
 from mathpost.course.verdict import define
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.post import run, selection, singular
+
+if TYPE_CHECKING:
+    from mathpost.path.cl import CLData
 
 RECORDS, MIDDLE = 11, 5
 FEEDS = (600, 800, 1000, 1200)  # mm/min
@@ -63,21 +71,21 @@ class Task:
     cl: str  # and of the CL data
 
     @property
-    def kin(self):
+    def kin(self) -> Kinematics:
         """The kinematics that the package makes of the machine file."""
         return Kinematics(machine.from_dict(tomllib.loads(self.machine), "the machine"))
 
     @property
-    def path(self):
+    def path(self) -> CLData:
         """The CL data that the package reads."""
         return cldata.parse(self.cl, "part")
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.machine}\n{self.cl}"
 
 
 @cache
-def task(seed):
+def task(seed: int) -> Task:
     """The `Task` of a number. The lesson's own, 0: a trunnion whose path meets the pole at its sixth record."""
     rng = random.Random(f"capstone {seed}")
     kind, pole, one_sided = rng.choice(list(KINDS)), rng.choice(POLES), rng.random() < 0.6
@@ -86,7 +94,7 @@ def task(seed):
     return Task(_machine(rng, kind, one_sided), _path(rng, pole))
 
 
-def _machine(rng, kind, one_sided):
+def _machine(rng: random.Random, kind: str, one_sided: bool) -> str:
     name, axis, carries, c_axis, travel = KINDS[kind]
     low, high = travel if one_sided else (-110, 110)
     head, rates = carries == "tool", (rng.randrange(36, 61, 4), rng.randrange(60, 121, 10))
@@ -104,7 +112,7 @@ def _machine(rng, kind, one_sided):
     return title + (turning + tilting if head else tilting + turning) + rest
 
 
-def _path(rng, pole):
+def _path(rng: random.Random, pole: str) -> str:
     """A part that the tool passes in a shallow arc, while it tilts in a plane past the pole."""
     t = np.arange(RECORDS) - MIDDLE
     heading, radius, height = rng.uniform(0, 2 * np.pi), rng.uniform(25, 60), rng.uniform(5, 40)
@@ -122,7 +130,7 @@ def _path(rng, pole):
     return cldata.to_text(halves[0], title="part") + cldata.to_text(halves[1])
 
 
-def drawn(rng):
+def drawn(rng: random.Random) -> dict[str, int]:
     """The number of a learner's part and machine."""
     return {"seed": rng.randrange(1, 10**6)}
 
@@ -130,7 +138,7 @@ def drawn(rng):
 OWN = {"drawn": drawn, "together": "07c"}
 
 
-def pose(rng):
+def pose(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A tip and a tool axis within 60° of the pole."""
     lean, heading = np.radians(rng.uniform(5, 60)), rng.uniform(-np.pi, np.pi)
     axis = [np.sin(lean) * np.cos(heading), np.sin(lean) * np.sin(heading), np.cos(lean)]
@@ -140,10 +148,10 @@ def pose(rng):
 INVERSE = Written("inverse(tip, axis), which returns two rows of five joints, mm and radians", pose)
 
 
-def not_inverse(found, seed):
+def not_inverse(answer: Sequence, seed: int) -> str:
     """Say which of the solutions makes a different pose, or that both are one."""
     kin = task(seed).kin
-    found = np.array(found)
+    found = np.array(answer)
     if found.shape[1:] != (2, 5):
         return f"It returns an array of shape {found.shape[1:]}, not (2, 5)."
     for (tip, axis), rows in zip(INVERSE.inputs, found, strict=True):
@@ -170,7 +178,7 @@ def both_branches(seed=0):
     return inverse
 
 
-def compared(kind, value, right, mixups, hint):
+def compared(kind: Number, value: Numbers, right: Numbers, mixups: Mapping[str, Numbers], hint: str) -> str:
     """Say which mix-up gives a number, or the hint; nothing if it is right. A mix-up may be right on some parts."""
     if kind.same(value, right):
         return ""
@@ -183,7 +191,7 @@ def compared(kind, value, right, mixups, hint):
 PLACE = Vector(names="place degrees", decimals=2)
 
 
-def not_nearest(value, seed):
+def not_nearest(value: list[float], seed: int) -> str:
     """Say what is wrong with the place nearest to the pole."""
     at_records = "That is the nearest record. The path comes nearer between two of them."
     mixups = {
@@ -207,7 +215,7 @@ def nearest_to_the_pole(seed=0, at_records=False, first=1):
 TURN = Number(decimals=1, unit="degrees")
 
 
-def not_least(value, seed):
+def not_least(value: float, seed: int) -> str:
     """Say what is wrong with the least turn of C."""
     mixups = {
         "That takes a solution that is out of travel.": least_turn(seed, travel=False),
@@ -238,7 +246,7 @@ def least_turn(seed=0, by_formula=False, granted=GRANTED, travel=True):
     return np.degrees(least.min())
 
 
-def not_proved(text, seed):
+def not_proved(text: str, seed: int) -> str:
     """Say what is wrong with a program for the learner's part and machine."""
     return unproved(text, task(seed).kin, task(seed).path)
 
@@ -252,7 +260,7 @@ def program(seed=0):
 SECONDS = Number(decimals=2, unit="s")
 
 
-def not_those_seconds(value, seed):
+def not_those_seconds(value: float, seed: int) -> str:
     """Say what is wrong with the seconds of the package's program."""
     path = task(seed).path
     mixups = {

@@ -1,12 +1,16 @@
 """The exercises of lessons 12 to 14: angular error, systematic errors, the spreadsheet."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost import machine
-from mathpost.compensate.compensation import Compensator, total_differential
+from mathpost.compensate.compensation import Compensated, Compensator, total_differential
 from mathpost.compensate.drift import Tracker
 from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, constant_errors, read_errors
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
@@ -17,12 +21,15 @@ from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.formula import numeric
 from mathpost.measure import angular_error, spline
 
+if TYPE_CHECKING:
+    from mathpost.measure.spline import Curve
+
 SPOILT = 135  # the target of 12-table whose command is wrong
 STEPS = "3 4 5 6 7 8 9 11"  # between targets, degrees
 
 
 @cache
-def table_error():
+def table_error() -> Curve:
     """The spline of lesson 12: C's error in seconds of arc."""
     measured = angular_error.read_runs(data("measurements/angular_error.csv")).points(endless=True)
     return spline.adaptive(measured, 0.5)
@@ -35,7 +42,7 @@ def command(sign=-1, seconds=3600):
 
 
 @cache
-def spoilt_table():
+def spoilt_table() -> str:
     """The command table of lesson 12 every 45 degrees, one command with the error's own sign."""
     error, lines = table_error(), ["target,error,command"]
     for target in range(0, 360, 45):
@@ -61,7 +68,7 @@ def knots(tolerance=0.2):
 
 
 @cache
-def ripple_left(step, teeth=30):
+def ripple_left(step: str, teeth: int = 30) -> float:
     """The part of a ripple that the spline through targets `step` apart leaves, in its worst phase."""
     at, fine = np.arange(0, 360, float(step)), np.arange(0, 360, 0.05)
     left = []
@@ -71,7 +78,7 @@ def ripple_left(step, teeth=30):
     return np.hypot(*left).max()
 
 
-def not_enough(step):
+def not_enough(step: str) -> str:
     """Say how much of the ripple a step in degrees leaves."""
     return f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
 
@@ -87,7 +94,7 @@ ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in COMPONENTS), *SQU
 
 
 @cache
-def trunnion_model():
+def trunnion_model() -> ErrorModel:
     """The chain with errors of the A-C trunnion."""
     return ErrorModel(load("ac_table").machine)
 
@@ -109,7 +116,7 @@ def ecc(z=-1, seconds=12, unit=MICRORADIANS):
     return z * seconds * unit
 
 
-def unlike_exx(name):
+def unlike_exx(name: str) -> str:
     """Say why an error is not like EXX."""
     if trunnion_model().sensitivity(name)[3:, 0].is_zero_matrix:
         return "It moves the tool along Y or Z: tilt and turn the table in your mind."
@@ -126,7 +133,7 @@ def twins():
 
 
 @cache
-def worse_at(tilt):
+def worse_at(tilt: float) -> float:
     """The tip error after one whole step at a tilt in degrees, divided by that before."""
     errors = read_errors(data("errors/bohez.toml"), machine.load(data("errors/bohez_machine.toml")))
     compensator = Compensator(errors)
@@ -155,7 +162,7 @@ def exact_inverse(errors=TWO_ERRORS):
 
 
 @cache
-def compensated_turn(tilt):
+def compensated_turn(tilt: float) -> tuple[np.ndarray, Compensated]:
     """The trunnion with its errors, C turning once at X60 Y0 Z0: joints and their `Compensated`."""
     joints = np.array([(60, 0, 0, np.radians(tilt), np.radians(c)) for c in range(360)])
     compensator = Compensator(read_errors(data("errors/ac_table.toml"), load("ac_table").machine))
@@ -195,7 +202,7 @@ def worksheet_slip():
 
 
 @cache
-def wrong_post():
+def wrong_post() -> tuple[tuple[float, float, float], tuple[float, float]]:
     """A tool axis, and the A and C of a post whose C is counted from another place."""
     axis = np.round(np.array([0.3, -0.2, 0.9]) / np.linalg.norm([0.3, -0.2, 0.9]), 6)
     a, c = load("ac_table").inverse([0, 0, 0], axis, degrees=True)[0, 3:] + [0, 90]
@@ -211,14 +218,14 @@ def post():
     return next(c for a, c in branches if abs(a - angles[0]) < 1e-3) - angles[1]
 
 
-def hides_a_mistake(angles):
+def hides_a_mistake(answer: Sequence[float]) -> str:
     """Say which common misreading these Euler angles show by less than 2 mm, or that they are not as asked."""
-    angles = np.asarray(angles)
+    angles = np.asarray(answer)
     if (angles % 15 == 0).any() or (angles % 1 != 0).any():
         return "Take whole angles that are no multiples of 15."
     right, *others = common_matrices(("right", *COMMON), angles) @ np.array([3.0, 4.0, 5.0])
-    apart = {name: np.linalg.norm(other - right) for name, other in zip(COMMON, others, strict=True)}
-    name = min(apart, key=apart.get)
+    apart = {name: float(np.linalg.norm(other - right)) for name, other in zip(COMMON, others, strict=True)}
+    name = min(apart, key=lambda each: apart[each])
     return "" if apart[name] > 2 else f"The bar of '{name}' is only {apart[name]:.2f} long."
 
 

@@ -4,10 +4,13 @@ The solutions are worked with functions that the learner has written: `Rx`, `Ry`
 02-write, `ijk`, which reads the angles back, in section 3 of lesson 02.
 """
 
+import random
+from collections.abc import Sequence
 from itertools import permutations
 
 import numpy as np
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from mathpost import chain, euler
 from mathpost.course.answers import Angle, Name, Names, Number, Pose, Vector, Written
@@ -25,27 +28,27 @@ SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point 
 ORDERS = Name({"".join(order): [] for order in permutations("XYZ")})
 
 
-def Rx(t):
+def Rx(t: float) -> np.ndarray:
     """The active matrix of a turn about X, radians."""
     return np.array(ACTIVE["X"](t), dtype=float)
 
 
-def Ry(t):
+def Ry(t: float) -> np.ndarray:
     """The same about Y."""
     return np.array(ACTIVE["Y"](t), dtype=float)
 
 
-def Rz(t):
+def Rz(t: float) -> np.ndarray:
     """The same about Z."""
     return np.array(ACTIVE["Z"](t), dtype=float)
 
 
-def zxz(i, j, k):
+def zxz(i: float, j: float, k: float) -> np.ndarray:
     """The frame of three ZXZ angles, radians."""
     return Rz(i) @ Rx(j) @ Rz(k)
 
 
-def ijk(frame):
+def ijk(frame: np.ndarray) -> np.ndarray:
     """The three ZXZ angles of a frame, degrees: I by its z, J and K after the first turn is undone."""
     i = np.arctan2(frame[0, 2], -frame[1, 2])
     rest = Rz(-i) @ frame
@@ -54,12 +57,12 @@ def ijk(frame):
     return np.degrees([i, j, k])
 
 
-def unit(vector):
+def unit(vector: ArrayLike) -> np.ndarray:
     """A vector made 1 long."""
     return np.array(vector) / np.linalg.norm(vector)
 
 
-def random_vectors(rng):
+def random_vectors(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Two unit vectors that are perpendicular to each other."""
     x = unit(rng.normal(size=3))
     return x, unit(np.cross(rng.normal(size=3), x))
@@ -77,7 +80,7 @@ def third_axis():
     return third_axis
 
 
-def drawn_point(rng):
+def drawn_point(rng: random.Random) -> dict[str, tuple[int, ...]]:
     """Three different coordinates that are easy to turn in the head."""
     return {"point": tuple(rng.sample(range(2, 10), 3))}
 
@@ -223,7 +226,7 @@ def mode_39(mode=39):
     return axes
 
 
-def three_points(rng):
+def three_points(rng: np.random.Generator) -> np.ndarray:
     """Three points of a face that is neither horizontal nor vertical."""
     return rng.uniform(-50, 50, (3, 3))
 
@@ -279,11 +282,11 @@ def third(
     return 0 - rho  # K was 0
 
 
-def same_choice(present):
+def same_choice(present: Sequence[float]) -> str:
     """Say which position Fanuc and Heidenhain both take from here for SPB+45 on the A-C table."""
     if np.abs(wrap(np.subtract(present, (20, -60)))).max() < 1e-6:
         return "That is the case of the lesson. Find one of your own."
-    tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, load("ac_table").machine)
+    tilted = align(Plane("PLANE SPATIAL", np.array([0, 45, 0])).frame, load("ac_table").machine)
     one, other = positioning.fanuc(tilted, present), positioning.heidenhain(tilted, present)
     if np.abs(wrap(np.subtract(one.angles, other.angles))).max() > 1e-6:
         return ""
@@ -301,7 +304,7 @@ def choice():
     return 20, -90
 
 
-def random_direction(rng):
+def random_direction(rng: np.random.Generator) -> list[np.ndarray]:
     """A unit vector that leans to any side of Z, by 10° to 80°."""
     lean, side = np.radians([rng.uniform(10, 80), rng.uniform(-180, 180)])
     return [np.array([np.sin(lean) * np.cos(side), np.sin(lean) * np.sin(side), np.cos(lean)])]
@@ -378,7 +381,7 @@ def table_sign(a=30, component=1):
     return n[component]
 
 
-def turn_and_point(rng):
+def turn_and_point(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A rotation matrix and a point."""
     return zxz(*rng.uniform(-3, 3, 3)), rng.uniform(-100, 100, 3)
 

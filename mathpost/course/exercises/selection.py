@@ -1,5 +1,7 @@
 """The exercises of lessons 05 to 06b: the inverse, the choice of a solution, the singular region."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from mathpost.course.answers import Angle, Joints, Name, Number, Vector
@@ -52,7 +54,7 @@ def reach(slant=50, turn=180):
     return np.degrees(slanted.reach[1]) if turn else slant
 
 
-def two_positions(axis):
+def two_positions(axis: Sequence[float]) -> str:
     """Say why this tool axis is none at which the branches of the DMU 50V are one position."""
     first, second = load("dmu50v").inverse([0, 0, 0], axis, degrees=True)[:, 3]
     if np.isnan(first):
@@ -108,7 +110,7 @@ def back(strategy="shortest", backwards=True):
     return selection.choose(with_travel(load("dmu50v"), -5, 110), path, strategy, sway=np.inf).cost
 
 
-def steps():
+def steps() -> list[list[list[int]]]:
     """What moves cost from each candidate (row) of a record to each of the next (column), seconds."""
     return [[[2, 5], [4, 3]], [[6, 2], [1, 7]], [[1, 3], [5, 6]]]
 
@@ -126,9 +128,9 @@ def best(greedy=False):
     return cost.min()
 
 
-def no_trap(tilts):
+def no_trap(answer: Sequence[float]) -> str:
     """Say why the shortest next move is no trap for three tool axes (sin t, 0, cos t)."""
-    tilts = np.radians(tilts)
+    tilts = np.radians(answer)
     axes = np.stack([np.sin(tilts), 0 * tilts, np.cos(tilts)], axis=1)
     path = cldata.from_arrays(np.tile(blade().points[0], (3, 1)), axes)
     kin = with_travel(load("dmu50v"), -25, 180)
@@ -190,7 +192,7 @@ def yardstick(measured=2, angle=120):
     return equation_8(kin, start, end, 0.05)[measured]
 
 
-def no_swing(limits):
+def no_swing(limits: Sequence[float]) -> str:
     """Say why these limits of A force no swing of C for the blade on the trunnion."""
     low, high = limits
     if not -180 <= low < high <= 180:
@@ -229,7 +231,7 @@ def points(tolerance=0.03):
     return next(n for n in range(1, 300) if off(n) <= tolerance)
 
 
-def off(n):
+def off(n: int) -> float:
     """How far the tip strays at most with n points of the cubic between records 2 and 3 of the blade, mm."""
     kin, joints = load("dmu50v"), selection.choose(load("dmu50v"), blade()).joints
     place, rows = yu_dan.smooth(kin, blade(), joints, (1, 2), n)
