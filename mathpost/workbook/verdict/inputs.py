@@ -145,17 +145,30 @@ def _parts_not_used(graph: Graph, found: Recognised) -> Iterator[str]:
 
 def _added_by_hand(graph: Graph, found: Recognised) -> Iterator[str]:
     """Yield a number that is used in place of two or three that no formula uses and whose sum it is."""
+    for place, each in _used_and_not(graph, found):
+        if abs(sum(map(graph.number, each)) - graph.number(place)) < 1e-9 * abs(graph.number(place)):
+            names = " and ".join(map(graph.short, each))
+            yield f"{graph.address(place)} is {graph.own[place]:g}, as {names} together, which no formula uses"
+
+
+def sums_typed_over(graph: Graph, found: Recognised, off: float) -> Iterator[tuple[Place, str]]:
+    """Yield a number that is used and is `off` from the sum of some that no formula uses, and a sentence."""
+    for place, each in _used_and_not(graph, found):
+        total, number = sum(map(graph.number, each)), graph.number(place)
+        if abs(abs(total - number) - abs(off)) < 1e-6 * abs(total):
+            names = " and ".join(map(graph.short, each))
+            yield place, f"{graph.short(place)} is a number, {number:g}, and {names} together are {total:g}"
+
+
+def _used_and_not(graph: Graph, found: Recognised) -> Iterator[tuple[Place, tuple[Place, ...]]]:
+    """Yield typed numbers that formulas use, each with two or three that none uses."""
     alone = [p for p in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()) if graph.own[p]]
     alone = [p for p in alone if len(graph.component[p]) <= FEW]
     parts = [each for size in (2, 3) for each in combinations(alone, size)] if len(alone) <= FEW else []
     used = [
         p for p in found.sorted(found.typed & graph.used.keys() - graph.trees.keys()) if abs(graph.number(p)) >= 10
-    ]
-    for place in used if parts else ():  # of fewer digits many numbers are sums by luck
-        for each in parts:
-            if abs(sum(map(graph.number, each)) - graph.number(place)) < 1e-9 * abs(graph.number(place)):
-                names = " and ".join(map(graph.short, each))
-                yield f"{graph.address(place)} is {graph.own[place]:g}, as {names} together, which no formula uses"
+    ]  # of fewer digits many numbers are sums by luck
+    yield from product(used if parts else (), parts)
 
 
 def _in_another_unit(graph: Graph, found: Recognised, units: dict[Place, float]) -> Iterator[str]:

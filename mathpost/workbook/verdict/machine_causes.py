@@ -11,6 +11,7 @@ import numpy as np
 
 from mathpost.detective.positions import explain_linear
 from mathpost.detective.rotary_axes import explain_joints
+from mathpost.rotation import unit
 
 if TYPE_CHECKING:
     from mathpost.detective.explanation import Misreading
@@ -28,10 +29,23 @@ NAMES: dict[str, str] = {
 }  # of kinds that are called otherwise here
 
 
-def or_else(table: list[Words], values: Mapping[Place, float | None]) -> str:
-    """What else may have been done to X Y Z that seem to name another point, in words; empty if nothing known."""
-    found = _explained(table, values, -5)
-    return f", or {found.sentence}" if found else ""
+def is_of_the_machine(row: Words) -> bool:
+    """Whether the point that X Y Z name is the tip, the nose or a pivot of the machine, so that it may be meant."""
+    machine = row.kinematics.machine
+    up = unit(np.array(machine.tool_axis, dtype=float))
+    own = {"tip": -machine.tool_length, "nose": 0.0}
+    pivots = [float(up @ joint.point) for joint in machine.rotary if joint.carries == "tool"]
+    named = machine.programmed_point
+    here = own[named] if isinstance(named, str) else float(up @ named)
+    points = [*own.values(), *pivots]
+    if not np.any(row.back):
+        return _near(here + row.further, points)
+    # The same at rotary zero: the point itself, turned, or as if the tip were elsewhere.
+    return _near(here - row.further, pivots) or _near(own["tip"] - row.further, points)
+
+
+def _near(length: float, lengths: Sequence[float]) -> bool:
+    return bool((np.abs(length - np.array(lengths)) < 10.0**-TOLD).any())
 
 
 def by_cause(faults: list[Fault], table: list[Words], values: Mapping[Place, float | None]) -> list[Fault]:
@@ -44,7 +58,7 @@ def by_cause(faults: list[Fault], table: list[Words], values: Mapping[Place, flo
         vague = [fault for fault in faults if fault.place in places and re.search(VAGUE, fault.message)]
         if table[0].further or 2 * len(vague) <= len(table):
             continue
-        if found := _explained(table, values, first):
+        if found := explained(table, values, first):
             for fault in vague:
                 cause = NAMES.get(found.kinds[0], found.kinds[0])
                 text = f"{fault.cell.rpartition('!')[2]}: {found.sentence}"
@@ -52,7 +66,7 @@ def by_cause(faults: list[Fault], table: list[Words], values: Mapping[Place, flo
     return faults
 
 
-def _explained(table: Sequence[Words], values: Mapping[Place, float | None], first: int) -> Misreading | None:
+def explained(table: Sequence[Words], values: Mapping[Place, float | None], first: int) -> Misreading | None:
     """The single misreading that gives the rotary words (`first` -2) or X Y Z of a table, or None."""
     rows = table[:: -(-len(table) // ROWS)]
     written = [[values.get(p) for p in (*row.point, *row.axis, *row.results)] for row in rows]

@@ -11,7 +11,8 @@ import numpy as np
 from mathpost.workbook.meaning.nc_numbers import judge_numbers
 from mathpost.workbook.meaning.nc_table import Words, on_the_wrong_branch, point_named
 from mathpost.workbook.verdict.constants import Constants
-from mathpost.workbook.verdict.machine_causes import by_cause, or_else
+from mathpost.workbook.verdict.inputs import sums_typed_over
+from mathpost.workbook.verdict.machine_causes import by_cause, explained, is_of_the_machine
 
 if TYPE_CHECKING:
     from mathpost.workbook.sheet.place import Place
@@ -32,10 +33,24 @@ class Tables:
         for row in self.rows:
             row.preferred = int(np.argmax(sum(r.votes for r in self.rows if r.table == row.table)))
         for table in (t for t in self.tables if t[0].point):
-            texts = [*point_named(table, self.judge.now)]
-            self.found.problems += [text + or_else(table, self.graph.own) for text in texts]
+            for text in point_named(table, self.judge.now):
+                self._judge_the_point(table, text)
         self.judge.prepare(self.rows)
         self._vary_constants()
+
+    def _judge_the_point(self, table: list[Words], text: str) -> None:
+        """Doubt another point that X Y Z name if the machine has it; else what is known to give it is a fault."""
+        other = explained(table, self.graph.own, -5)
+        if is_of_the_machine(table[0]):
+            self.found.problems.append(f"{text}, or {other.sentence}" if other else text)
+        elif over := next(sums_typed_over(self.graph, self.found, table[0].further), None):
+            place, sentence = over
+            self.judge.faults.append(self.judge.fault(place, "typed over formula", sentence))
+        elif other:
+            for row in table:
+                row.further = 0.0
+        else:
+            self.found.problems.append(text)
 
     def _vary_constants(self) -> None:
         """Vary the numbers of the machine that stand in the sheet, where no word tells that one is used wrongly."""
