@@ -201,9 +201,9 @@ class Problem:
         if missing := [n for n in np.flatnonzero(start) if n not in kept]:  # which are nothing in this estimate
             left[: len(sigmas)] += derivatives[:, missing] @ start[missing] / sigmas
         lengths = np.linalg.norm(rows, axis=0)
-        u, singular, vt = np.linalg.svd(rows / lengths, full_matrices=False)
-        inverse = vt.T / singular / lengths[:, None]
-        step = inverse @ (u.T @ left)
+        q, r = np.linalg.qr(rows / lengths)
+        inverse = np.linalg.inv(r) / lengths[:, None]
+        step = inverse @ (q.T @ left)
         x = np.zeros(self.count)
         x[kept] = start[kept] + step
         residuals = (left - rows @ step)[: len(sigmas)] * sigmas

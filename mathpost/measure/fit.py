@@ -274,13 +274,13 @@ def least_squares(
         predicted, derivatives = evaluate(x)
         jacobian = derivatives / sigmas[:, None]
         lengths = _lengths(jacobian)
-        u, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
-        if singular[-1] <= SINGULAR * singular[0]:
+        q, r = np.linalg.qr(jacobian / lengths)
+        if np.abs(r.diagonal()).min() <= SINGULAR:  # what of a column those before it do not explain
             break
-        step = vt.T @ ((u.T @ ((readings - predicted) / sigmas)) / singular) / lengths
+        inverse = np.linalg.inv(r) / lengths[:, None]
+        step = inverse @ (q.T @ ((readings - predicted) / sigmas))
         x = x + step
         if np.abs(derivatives @ step).max() <= 1e-9 * max(1e-2, np.abs(readings).max()):
-            inverse = vt.T / singular / lengths[:, None]
             return x, inverse @ inverse.T, readings - predicted - derivatives @ step, jacobian
     raise InputError(where, "readings that a machine can explain", "readings that fit no values")
 
