@@ -263,7 +263,7 @@ def smoothed(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int,
 def virtual_time(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int], *, n: int = 20) -> Live:
     """Both angles on the clamped cubic of source 002, sliders Δt₁ and Δt₂, its axis error and the path's time.
 
-    `n` points are blocks; the axis error is that of the curve itself, at 201 points.
+    `n` points are blocks; the axis error is that of the curve itself, at ten times as many.
     """
     first, last = region
     names = kin.machine.joint_names[3:]
@@ -278,11 +278,10 @@ def virtual_time(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[
     panels[1].legend(loc="upper right")
 
     def update(before: float, after: float) -> list[str]:
-        dt = before, after
-        place, rows = yu_dan.smooth(kin, cl, joints, region, n, dt=dt)
+        place, fine = yu_dan.smooth(kin, cl, joints, region, 10 * (n + 1) - 1, dt=(before, after))
+        rows = fine[::10]
         for curve, angle in zip(curves, rows[:, 3:].T, strict=True):
-            curve.set_data(place + 1, np.degrees(angle))
-        fine = yu_dan.smooth(kin, cl, joints, region, 199, dt=dt)[1]
+            curve.set_data(place[::10] + 1, np.degrees(angle))
         off = np.degrees(from_arc(kin.forward(fine)[1], *cl.axes[[first, last]]).max())
         path = np.concatenate([joints[:first], rows, joints[last + 1 :]])
         no_feed, cutting = np.full(len(path) - 1, np.nan), np.ones(len(path) - 1, dtype=bool)

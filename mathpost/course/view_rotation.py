@@ -193,7 +193,7 @@ def third_angle(
     name = machine.rotary[alignment.tool_side].name
     K, side, turn = sp.Symbol("K", real=True), sp.Symbol("side", real=True), np.linspace(0, 2 * np.pi, 61)
     left = [float(np.radians(round(choice.rho, 9))) for choice in both]  # the same on every machine
-    rho = K + sp.Piecewise((left[0], side > 0), (left[1], True))
+    rho = K + (left[0] + left[1]) / 2 + side * (left[0] - left[1]) / 2  # side is 1 or -1
     x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
     clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
     clear = sp.Piecewise((1, clearance > 0), (0, True))
