@@ -58,7 +58,7 @@ class Solution:
     def spare(self) -> np.ndarray:
         """How much of each reading the estimate leaves free, 0 to 1."""
         rows = self.rows[: len(self.residuals)]
-        return 1 - np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
+        return 1 - ((rows @ self.covariance) * rows).sum(axis=1)
 
 
 class Problem:
