@@ -27,6 +27,8 @@ class Draft:
         Whether each is written as a block, and whether the control ends a move there.
     turns : dict
         By the last row of each arc, what it is.
+    said : dict
+        By the row that follows, what is said before it.
     pecks : list of int
         Records that the control replaces by pecks of its own.
     strokes : list of Strokes
@@ -42,7 +44,10 @@ class Draft:
         self.turns: dict[int, Turn] = {}
         self.pecks: list[int] = []
         self.strokes: list[Strokes] = []
-        self.remarks = list(moves.blocks.remarks)
+        self.joints = moves.blocks.joints
+        self.said: dict[int, list[str | Command]] = {}
+        for row, remark in moves.blocks.remarks:
+            self.said.setdefault(row, []).append(remark)
 
     def still(self, first: int, last: int) -> bool:
         """Whether the rotary axes stand still from one row to another, and all moves between are in one plane."""
@@ -54,17 +59,16 @@ class Draft:
         frame = self.frames[row]
         if frame is not None:
             return frame.inverse().point(np.asarray(tip))
-        blocks = self.moves.blocks
-        return np.asarray(tip) if blocks.tcp[row] else self.path.kin.close(tip, blocks.joints[row, 3:])[:3]
+        return np.asarray(tip) if self.moves.blocks.tcp[row] else self.path.kin.close(tip, self.joints[row, 3:])[:3]
 
     def say(self, row: int, command: Command, *, first: bool = False) -> None:
         """Say something to the control before a row, before or behind all else that is said there."""
-        rows = [at for at, _ in self.remarks]
-        self.remarks.insert(sum(at < row or (at == row and not first) for at in rows), (row, command))
+        there = self.said.setdefault(row, [])
+        there.insert(0 if first else len(there), command)
 
     def blocks(self) -> Blocks:
         """Return the blocks as they are to be written."""
         before, blocks = np.r_[0, np.cumsum(self.kept)], self.moves.blocks
-        remarks = tuple((int(before[row]), remark) for row, remark in self.remarks)
+        remarks = tuple((int(before[row]), remark) for row in sorted(self.said) for remark in self.said[row])
         turns = tuple((int(before[row]), self.turns[row]) for row in sorted(self.turns))
         return replace(blocks[self.kept], words=self.words[self.kept], remarks=remarks, turns=turns)

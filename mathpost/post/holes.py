@@ -51,7 +51,9 @@ def holes(draft: Draft) -> None:
             draft.say(first, Command("cycle", (known.kinds[kind], values), ""))
         lines = known.again if goes_on or known.before else known.kinds[kind]
         draft.say(last + 1, Command("cycle", (lines, values), ""), first=True)
-        draft.remarks = [each for each in draft.remarks if not any(each[1] is command for command in piece.said)]
+        for row in range(first, last + 2):
+            there = draft.said.get(row, [])
+            there[:] = [each for each in there if not any(each is command for command in piece.said)]
         draft.kept[first + 1 : last + 1] = False
         bottom = first + 1 + int(draft.words[first + 1 : last + 1, 2].argmin())
         _leave_out_pecks(draft, first, bottom, values["clearance"])
@@ -66,8 +68,9 @@ def holes(draft: Draft) -> None:
 
 
 def _end(draft: Draft, cycles: Cycles, row: int) -> None:
-    place = 1 + max(n for n, (_, remark) in enumerate(draft.remarks) if _is_cycle(remark))
-    draft.remarks.insert(place, (row, Command("cycle off", (cycles.off,), "")))
+    there = draft.said[row]
+    place = 1 + max(n for n, remark in enumerate(there) if _is_cycle(remark))
+    there.insert(place, Command("cycle off", (cycles.off,), ""))
 
 
 def _is_cycle(remark: str | Command) -> bool:
@@ -77,7 +80,7 @@ def _is_cycle(remark: str | Command) -> bool:
 def _follows(draft: Draft, piece: Hole, before: int, first: int) -> bool:
     """Whether a hole comes right behind another one, at the height where the tool has left that."""
     level = draft.words[first, 2] == draft.words[before, 2]
-    quiet = not any(at == first for at, remark in draft.remarks if not _is_cycle(remark))
+    quiet = all(_is_cycle(remark) for remark in draft.said.get(first, []))
     return first == before + 1 and level and quiet and bool(draft.moves.blocks.rapid[first])
 
 
@@ -93,9 +96,8 @@ def _rows(draft: Draft, cycles: Cycles, piece: Hole) -> tuple[int, int] | None:
         return None
     start = draft.point(last, draft.path.cl.points[piece.first])
     points = np.r_[start[None], draft.words[first + 1 : last + 1, :3]]
-    other = any(
-        first < row <= last and not any(remark is each for each in piece.said) for row, remark in draft.remarks
-    )
+    said = [remark for row in range(first + 1, last + 1) for remark in draft.said.get(row, [])]
+    other = any(not any(remark is each for each in piece.said) for remark in said)
     along_z = np.abs(points[:, :2] - points[0, :2]).max() < SAME
     tool = draft.point(last, draft.path.cl.points[piece.first] + draft.path.cl.axes[piece.first]) - start
     fed = (blocks.rapid[first] or not there) and not np.isfinite(blocks.seconds[first + 1 : last + 1]).any()

@@ -32,8 +32,8 @@ def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
     tilted(draft)
     if any(frame is not None for frame in draft.frames):
         said = what_the_control_holds(path, options)
-        holds = [(0, line) for line in what_the_control_holds(path, options, planes=True)]
-        draft.remarks = [*holds, *((row, remark) for row, remark in draft.remarks if row or remark not in said)]
+        rest = [remark for remark in draft.said.get(0, []) if remark not in said]
+        draft.said[0] = [*what_the_control_holds(path, options, planes=True), *rest]
     holes(draft)
     for piece in path.cl.pieces:
         if isinstance(piece, Arc):
@@ -41,7 +41,7 @@ def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
                 draft.turns[last] = turn
                 draft.kept[first + 1 : last] = False
                 draft.run[first + 1 : last] = False
-    if draft.kept.all() and len(draft.remarks) == len(moves.blocks.remarks):
+    if draft.kept.all() and sum(map(len, draft.said.values())) == len(moves.blocks.remarks):
         return moves
     ends = np.flatnonzero(draft.run)
     return replace(
