@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.formula import compiled
+from mathpost.formula import compiled, slices
 from mathpost.kinematics import Kinematics
 from mathpost.path import deviation
 from mathpost.path.cl import CLData
@@ -194,7 +194,12 @@ def _nearest(
 def _way_off(run: Moves, cl: CLData, tip: float, axis: float, place: np.ndarray) -> tuple[Off | None, np.ndarray]:
     """The first move between two blocks on the path that strays from it, and how far those before it stray."""
     on = ~np.isnan(place)
-    moves = np.flatnonzero(on[:-1] & on[1:] & ~run.free[1 : len(place)])
+    skipped = _inside(place[:-1], place[1:])
+    # A move that leaves out records in cut is no right one, whichever way it takes.
+    cut = np.r_[0, np.cumsum(~cl.rapid)]
+    first = np.nan_to_num(np.floor(place[:-1] + SAME_PLACE)).astype(int) + 1
+    misses = cut[np.minimum(first + skipped, len(cl))] > cut[np.minimum(first, len(cl))]
+    moves = np.flatnonzero(on[:-1] & on[1:] & (misses | ~run.free[1 : len(place)]))
     kin = run.kin
     same = np.array([kin[move] is kin[move + 1] for move in moves], bool)
     moves = moves[same] if moves.size else moves
@@ -203,7 +208,6 @@ def _way_off(run: Moves, cl: CLData, tip: float, axis: float, place: np.ndarray)
     for machine in dict.fromkeys(kin[move] for move in moves):
         rows = np.array([n for n, move in enumerate(moves) if kin[move] is machine])
         worst[:, rows] = _strays(machine, run.joints, run.tcp, cl, place, moves[rows])
-    spans = np.array([_spans(place[move], place[move + 1]) for move in moves], bool)
     # A rapid move of the CL data does not count for the tool axis.
     counted = ~cl.rapid[np.clip(np.ceil(place[moves + 1]).astype(int), 0, len(cl) - 1)] if moves.size else on[:0]
     worst[1] *= counted
@@ -212,7 +216,7 @@ def _way_off(run: Moves, cl: CLData, tip: float, axis: float, place: np.ndarray)
         n = int(wrong.argmax())
         move = int(moves[n])
         record = float(np.floor(place[move] + SAME_PLACE) + 1)
-        found = Off(move + 1, record, float(worst[0, n]), float(worst[1, n]), "way", bool(spans[n]))
+        found = Off(move + 1, record, float(worst[0, n]), float(worst[1, n]), "way", bool(skipped[move]))
         worst = worst[:, :n]
     return found, worst.max(axis=1, initial=0)
 
@@ -221,9 +225,10 @@ def _strays(
     kin: Kinematics, joints: np.ndarray, tcp: np.ndarray, cl: CLData, place: np.ndarray, moves: np.ndarray
 ) -> np.ndarray:
     """How far moves stray from the CL path, shape (2, m), mm and radians."""
-    spans = np.array([_spans(place[move], place[move + 1]) for move in moves], bool)
+    inside = _inside(place[moves], place[moves + 1])
+    spans = inside > 0
     worst = np.zeros((2, len(moves)))
-    plain, over = moves[~spans], moves[spans]
+    plain = moves[~spans]
     if plain.size:
         ends = [cl.at(place[rows]) for rows in (plain, plain + 1)]
         tips, axes = zip(*ends, strict=True)
@@ -232,34 +237,43 @@ def _strays(
         at = [kin.forward(joints[rows])[0] for rows in (plain, plain + 1)]
         straight = np.max([np.linalg.norm(a - b, axis=1) for a, b in zip(at, tips, strict=True)], axis=0)
         worst[0, ~spans] = np.where(kept, straight, worst[0, ~spans])
-    worst[:, spans] = np.reshape([_over(kin, joints, tcp, cl, place, move) for move in over], (-1, 2)).T
+    for count in np.unique(inside[spans]).tolist():
+        alike = np.flatnonzero(inside == count)
+        for part in slices((len(alike), SAMPLES * (count + 1))):
+            rows = alike[part]
+            worst[:, rows] = _over(kin, joints, tcp, cl, place, moves[rows], count)
     return worst
 
 
 def _over(
-    kin: Kinematics, joints: np.ndarray, tcp: np.ndarray, cl: CLData, place: np.ndarray, move: int
-) -> tuple[float, float]:
-    """How far the records that a move spans are off it, and its samples off the path between them."""
-    t = np.linspace(0, 1, SAMPLES)[:, None]
-    tips, axes = kin.forward(joints[move] + t * (joints[move + 1] - joints[move]))
-    if tcp[move + 1]:
-        tips = tips[0] + t * (tips[-1] - tips[0])
-    inside = np.arange(np.floor(place[move] + SAME_PLACE) + 1, place[move + 1] - SAME_PLACE)
-    places = np.r_[place[move], inside, place[move + 1]]
-    points, directions = cl.at(places)
+    kin: Kinematics,
+    joints: np.ndarray,
+    tcp: np.ndarray,
+    cl: CLData,
+    place: np.ndarray,
+    moves: np.ndarray,
+    inside: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """How far so many records that each of m moves spans are off it, and its samples off the path between them."""
+    t = np.linspace(0, 1, SAMPLES)[:, None, None]
+    tips, axes = kin.forward(joints[moves] + t * (joints[moves + 1] - joints[moves]))
+    tips = np.where(tcp[moves + 1, None], tips[0] + t * (tips[-1] - tips[0]), tips)
+    first = np.floor(place[moves] + SAME_PLACE) + 1
+    points, directions = cl.at(np.vstack([place[moves], first + np.arange(inside)[:, None], place[moves + 1]]))
     apart, lean = deviation.from_segment, deviation.from_arc
-    tip = max(_furthest(apart, points, tips), _furthest(apart, tips, points))
-    return tip, max(_furthest(lean, directions, axes), _furthest(lean, axes, directions))
+    tip = np.maximum(_furthest(apart, points, tips), _furthest(apart, tips, points))
+    return tip, np.maximum(_furthest(lean, directions, axes), _furthest(lean, axes, directions))
 
 
-def _furthest(off: Callable[..., np.ndarray], vectors: np.ndarray, chain: np.ndarray) -> float:
-    """How far the one of n vectors, (n, 3), is off that is furthest from a chain, (m, 3), of segments or arcs."""
-    return float(off(vectors[:, None], chain[:-1], chain[1:]).min(axis=1).max())
+def _furthest(off: Callable[..., np.ndarray], vectors: np.ndarray, chains: np.ndarray) -> np.ndarray:
+    """How far the furthest of n vectors is off its chain of segments or arcs: (n, m, 3) and (k, m, 3) to (m,)."""
+    return off(vectors[:, None], chains[:-1], chains[1:]).min(axis=1).max(axis=0)
 
 
-def _spans(before: float, after: float) -> bool:
-    """Whether a record lies between two places."""
-    return np.floor(before + SAME_PLACE) + 1 < after - SAME_PLACE
+def _inside(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """How many records lie between two places; 0 where one of them is off the path."""
+    found = np.ceil(after - SAME_PLACE) - np.floor(before + SAME_PLACE) - 1
+    return np.maximum(np.nan_to_num(found), 0).astype(int)
 
 
 def _angles(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -25,7 +25,9 @@ from mathpost.rotation import wrap
 
 MOST = 5  # explanations that are told
 FIRST = 2000  # blocks that a hypothesis must explain before it is tried on all
-CANDIDATES = 40  # blocks of which one may be at the first record, for a shift
+CANDIDATES = 40  # blocks of which one must be on the path, or at the first record for a shift
+BEHIND, AHEAD = 3, 64  # records before and behind the place of a program where its next block may be
+LEAST_GAIN = 0.01  # mm that the tip moves for a mm of the tool, below which nothing is said of its length
 Poses = tuple[np.ndarray, np.ndarray]  # tips and tool axes of the blocks
 LONGEST = 20_000  # lines of a program whose words are edited and which is read anew
 
@@ -44,6 +46,7 @@ class Case:
     cl: CLData
     tip: float
     axis: float
+    begin: str  # word that a straight move begins with, or nothing
     follows: Callable[[str], bool]  # simulates another text: whether it is along the CL path
 
     def fits(self, tips: np.ndarray, axes: np.ndarray) -> bool:
@@ -92,12 +95,15 @@ def explain(case: Case, off: Off) -> tuple[str, ...]:
     """Return sentences that say what would explain a program that is off, the simplest first."""
     found: list[str] = []
     if off.what == "way":
-        found += _on_the_way(case, off)
+        found += _whole_turns(case, off)
     elif off.what == "position":
         found += list(_poses(case, off))
         found += [] if found else list(_shifts(case, off))
     if not found and len(case.text) < LONGEST * 40:
-        found += list(_edits(case, off))
+        found += list(_left_out(case, off)) if off.what == "position" else []
+        found += [] if found else list(_edits(case, off))
+    if not found and off.what == "way":
+        found.append(_on_the_way(case, off))
     if not found and off.what == "position" and off.record == 0 and len(case.cl) > 1:
         rest = case.cl.part(1, len(case.cl))
         if along(case.tips, case.axes, rest, tip=case.tip, axis=case.axis).off is None:
@@ -107,38 +113,87 @@ def explain(case: Case, off: Off) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))[:MOST]
 
 
-def _on_the_way(case: Case, off: Off) -> Iterator[str]:
-    """A whole turn too much, or a block that is missing."""
-    before, after = case.words[off.block - 1, 3:], case.words[off.block, 3:]
+def _whole_turns(case: Case, off: Off) -> Iterator[str]:
     names = case.kin[0].machine.joint_names[3:]
-    for name, step in zip(names, after - before, strict=True):
+    for name, step in zip(names, case.words[off.block, 3:] - case.words[off.block - 1, 3:], strict=True):
         if abs(step) > 180:
             there = f"{wrap(step):.3f}° lead to the same place"
             yield f"{name} turns by {step:.3f}° where {there}: a whole turn too much"
+
+
+def _on_the_way(case: Case, off: Off) -> str:
+    """A block that is missing, where nothing else mends a way."""
     where = f"a block is missing before line {case.lines[off.block]}"
     if off.spans:
-        yield f"record {int(off.record) + 1} is left out: {where}"
-    elif np.abs(after - before).max() <= 180:
-        yield f"between two blocks the axes stray from the path: {where}, or TCP is off where it should be on"
+        return f"record {int(off.record) + 1} is left out: {where}"
+    return f"between two blocks the axes stray from the path: {where}, or TCP is off where it should be on"
+
+
+def _left_out(case: Case, off: Off) -> Iterator[str]:
+    """A block at the record that is not reached, before the one that is off: later ones may count on its words."""
+    block, record = off.block, int(off.record)
+    if not block:
+        return
+    before, kin = case.words[block - 1], case.kin[block]
+    tip, axis = case.cl.points[record], case.cl.axes[record]
+    both = kin.inverse(tip, axis, degrees=True)
+    turns = wrap(both[:, 3:] - before[3:])
+    if np.isnan(both).any():
+        return
+    nearest = int(np.abs(turns).max(axis=1).argmin())
+    words = both[nearest]
+    words[3:] = before[3:] + turns[nearest]
+    words[:3] = tip if case.tcp[block] else words[:3]
+    numbers = zip(kin.machine.joint_names, words.tolist(), strict=True)
+    line = case.begin + "".join(f"{axis_word(name)}{value:.6f}" for name, value in numbers)
+    texts = case.text.splitlines()
+    texts.insert(int(case.lines[block]) - 1, line)
+    if _reads_right(case, texts):
+        yield f"record {record + 1} is left out: a block is missing before line {case.lines[block]}"
+
+
+def _reads_right(case: Case, texts: list[str]) -> bool:
+    """Whether lines can be read and are along the CL path."""
+    try:
+        return case.follows("\n".join(texts) + "\n")
+    except MathpostError:
+        return False
 
 
 def _poses(case: Case, off: Off) -> Iterator[str]:
     """Hypotheses that change poses, in the whole program, from the first block on that is off, and in it alone."""
+    line = case.lines[off.block]
+    first = off.block if off.record else 0
+    here = slice(off.block, off.block + 1)
+    # What is said, of which blocks, and which of them are looked at first.
     ranges = (
-        ("", slice(None)),
-        (f" from line {case.lines[off.block]} on", slice(off.block, None)),
-        (f" in line {case.lines[off.block]} alone", slice(off.block, off.block + 1)),
+        ("", slice(None), slice(first, first + CANDIDATES)),
+        (f" from line {line} on", slice(off.block, None), here),
+        (f" in line {line} alone", here, here),
     )
     tried, found = [(phrase, *pose) for phrase, pose in _hypotheses(case) if pose is not None], False
-    for where, rows in ranges:
+    for where, rows, some in ranges:
         if found:
             return
         for phrase, tips, axes in tried:
+            if not _on_path(case, tips[some], axes[some], off).any():
+                continue
             some_tips, some_axes = case.tips.copy(), case.axes.copy()
             some_tips[rows], some_axes[rows] = tips[rows], axes[rows]
             if case.fits(some_tips, some_axes):
                 found = True
                 yield phrase + where
+
+
+def _on_path(case: Case, tips: np.ndarray, axes: np.ndarray, off: Off) -> np.ndarray:
+    """Which of n poses are on the path about the place where a program is off it, or about its end."""
+    last = len(case.cl) - 1
+    first = last if off.what == "end" else max(int(off.record) - BEHIND, 0)
+    after = np.minimum(np.arange(first, first + AHEAD) + 1, last)
+    points, directions = case.cl.points, case.cl.axes
+    on = deviation.from_segment(tips[:, None], points[after - 1], points[after]) <= case.tip
+    on &= deviation.from_arc(axes[:, None], directions[after - 1], directions[after]) <= case.axis
+    return np.logical_or.reduce(on, axis=1)
 
 
 def _hypotheses(case: Case) -> Iterator[tuple[str, Poses | None]]:
@@ -190,11 +245,10 @@ def _shifts(case: Case, off: Off) -> Iterator[str]:
         if np.linalg.norm(case.axes[block] - axis) > case.axis:
             continue
         missing = point - case.tips[block]
-        gain = per_mm[block] @ per_mm[block]
-        longer = missing @ per_mm[block] / gain if gain > 0 else 0.0
-        if np.linalg.norm(missing - longer * per_mm[block]) < case.tip and case.fits(
-            case.tips + longer * per_mm, case.axes
-        ):
+        gain = np.linalg.norm(per_mm[block])
+        longer = missing @ per_mm[block] / gain**2 if gain > LEAST_GAIN else np.inf
+        along_tool = gain > LEAST_GAIN and np.linalg.norm(missing - longer * per_mm[block]) < case.tip
+        if along_tool and case.fits(case.tips + longer * per_mm, case.axes):
             sense = "longer" if longer > 0 else "shorter"
             yield f"the program is made for a tool that is {abs(longer):.2f} mm {sense}"
         if case.fits(case.tips + missing, case.axes):
@@ -229,11 +283,7 @@ def _edits(case: Case, off: Off) -> Iterator[str]:
                 start, end = match.span(group)
                 changed = [*texts]
                 changed[line - 1] = texts[line - 1][:start] + other + texts[line - 1][end:]
-                try:
-                    fits = case.follows("\n".join(changed) + "\n")
-                except MathpostError:
-                    continue
-                if fits:
+                if _reads_right(case, changed):
                     yield f"line {line}: {match[0]} stands where {names[axis]}{other} would be right"
 
 
@@ -247,15 +297,9 @@ def _near(case: Case, block: int, axis: int, steps: np.ndarray, off: Off) -> np.
     words[:, axis] += steps
     tips, tools = case.kin[block].forward(words, degrees=True)
     tips = words[:, :3] if case.tcp[block] else tips
-    last = len(case.cl) - 1
-    first = last if off.what == "end" else max(int(off.record) - 3, 0)
-    after = np.minimum(np.arange(first, first + 7) + 1, last)
-    points, directions = case.cl.points, case.cl.axes
     moved = np.linalg.norm(tips - case.tips[block], axis=1) > case.tip
     moved |= np.linalg.norm(tools - case.axes[block], axis=1) > case.axis
-    near = deviation.from_segment(tips[:, None], points[after - 1], points[after]) <= case.tip
-    near &= deviation.from_arc(tools[:, None], directions[after - 1], directions[after]) <= case.axis
-    return moved & near.any(axis=1)
+    return moved & _on_path(case, tips, tools, off)
 
 
 def _alike(number: str) -> list[str]:

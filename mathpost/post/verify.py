@@ -192,7 +192,7 @@ def verify(
 
             case = Case(
                 text, program.lines, program.blocks.words, program.blocks.tcp, kin, tips, axes, cl, tolerance,
-                axis_tolerance, follows,
+                axis_tolerance, control.begin, follows,
             )  # fmt: skip
             explained = explain(case, compared.off)
     return Verified(

@@ -125,7 +125,11 @@ def slip(rng, kind: str, control: str | None = None) -> tuple[Job, str, str]:
 def changes(made: Job, text: str) -> bool:
     """Whether another text cuts elsewhere than the right one, or leaves something out."""
     try:
-        right, wrong = made.cut(made.text), made.cut(text)
+        right = made.cut(made.text)
+    except Refused:
+        return False  # what a slip would change cannot be seen
+    try:
+        wrong = made.cut(text)
     except Refused:
         return True
     return max(_furthest(right[0], *wrong), _furthest(wrong[0], *right)) > 1
@@ -328,7 +332,7 @@ def main(planted: int, rightly: int, seed: int) -> None:
 
 def names(judged: Verified) -> list[str]:
     """What is said of the slip, the likeliest first."""
-    return [*judged.explained, *re.findall("^rapid .*", str(judged), re.MULTILINE)]
+    return [*judged.explained, *re.findall("^rapid +line.*", str(judged), re.MULTILINE)]
 
 
 def _verdict(made: Job, text: str, name: str) -> tuple[str, str]:
