@@ -267,11 +267,14 @@ def _vector(values: np.ndarray) -> str:
 
 
 def _edits(case: Case, off: Off) -> Iterator[str]:
-    """One digit, sign or point of a word in the line of the first block that is off, or in those before it."""
+    """One digit, sign or point of a word in the line of the first block that is off, or in those before it.
+
+    A way is off because of the block that it leads to: one before may stand for a block that is missing.
+    """
     texts = case.text.splitlines()
     names = case.kin[0].machine.joint_names
     word = re.compile("|".join(rf"(?<![A-Z0-9]){re.escape(axis_word(name).strip())}({NUMBER})" for name in names))
-    for block in range(off.block, max(off.block - 3, -1), -1):
+    for block in range(off.block, max(off.block - (1 if off.what == "way" else 3), -1), -1):
         line = int(case.lines[block])
         for match in word.finditer(texts[line - 1]):
             group = match.lastindex or 1
