@@ -114,7 +114,7 @@ def _motion_again(lines):
     for line in lines:
         if stated := re.search(r"(?<![\dA-Z.])G[0-3](?![\d.])", line):
             motion = stated[0]
-        if re.search(r"G8\d|MCALL|G80|CYCLE", line):
+        if re.search(r"G8\d|G7[34]|MCALL|CYCLE", line):
             motion = ""
         plain = STRAIGHT.fullmatch(line) and not line.startswith("G")
         found.append(f"{motion} {line}" if plain and motion in ("G0", "G1") else line)
