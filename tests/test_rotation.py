@@ -201,6 +201,7 @@ def test_arrays_broadcast():
         (lambda: rotation.as_rotation(np.eye(3)[0]), r"expected shape \(..., 3, 3\)"),
         (lambda: rotation.as_rotation(np.diag([1, 1, 1.01])), "off the identity by 0.0201"),
         (lambda: rotation.as_rotation(np.diag([1, 0.99, 1])), "off the identity by 0.0199"),
+        (lambda: rotation.as_rotation([np.eye(3), np.diag([1, 1.01, 1]), np.eye(3)]), r"by 0.0201 at index \(1,\)"),
         (lambda: rotation.as_rotation([np.eye(3), np.diag([1, -1, 1])]), r"left-handed.* at index \(1,\)"),
         (lambda: rotation.as_rotation(np.full((3, 3), np.nan)), "expected finite numbers"),
         (lambda: rotation.unit(np.zeros((2, 3))), r"axis: expected a vector with a direction.*index \(0,\)"),
