@@ -341,6 +341,20 @@ def test_places_that_no_slide_reaches_are_asked_about(tmp_path):
         assert said == "" and numbers == pytest.approx(outcome(plain(method), machine, path)[0], abs=1e-7)
 
 
+def test_the_slide_of_a_longer_tool_stands_higher(tmp_path):
+    path, stands = tmp_path / "machine.toml", []
+    path.write_text(simulated.toml("table") + "[linear]\nZ = { limits = [-2000, -1000] }\n", encoding="utf-8")
+    machine, (head, names, rows) = machines.load(path), _lines(plain("probe"))
+    column = names.index("length")
+    for length in ("120", "150"):
+        table = [[*row[:column], length, *row[column + 1 :]] for row in rows]
+        path.write_text(_join(head, names, table), encoding="utf-8")
+        with pytest.raises(InputError, match="Z within") as refused:
+            calibrate(machine, [path])
+        stands.append(float(re.search(r"found Z (\S+)", str(refused.value))[1]))
+    assert stands[1] - stands[0] == pytest.approx(30)
+
+
 def test_the_same_readings_in_two_files(tmp_path):
     machine = machines.load("ac_table")
     one = machines.data_file("measurements/ball_c_axis.csv")
