@@ -232,9 +232,9 @@ DESIGNS = {
 
 
 @pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
-def test_a_thousand_draws(design):
+def test_draws_scatter_as_the_covariance_says(design, of):
     measurement, at, true, names = design
-    rng, sigma = np.random.default_rng(7), 0.002
+    rng, sigma, count = np.random.default_rng(7), 0.002, of(200, 1000)
     clean = measurement.predict(true, at, degrees=True)
     exact = measurement.identify(at | {n: clean[n] for n in names}, degrees=True)
     expected = np.array([true[name] for name in exact.values])
@@ -242,11 +242,11 @@ def test_a_thousand_draws(design):
 
     # Draws whose own covariance is exactly that of the noise, so that the estimates' scatter has no luck in it.
     size = exact.spare + len(expected)
-    noise = rng.standard_normal((1000, size))
+    noise = rng.standard_normal((count, size))
     noise -= noise.mean(axis=0)
     noise = sigma * noise @ np.linalg.inv(np.linalg.cholesky(np.cov(noise.T))).T
-    errors = np.empty((1000, len(expected)))
-    for draw, parts in zip(errors, noise.reshape(1000, len(names), -1), strict=True):
+    errors = np.empty((count, len(expected)))
+    for draw, parts in zip(errors, noise.reshape(count, len(names), -1), strict=True):
         drawn = {name: value * rng.uniform(-2, 2) for name, value in true.items()}
         clean = measurement.predict(drawn, at, degrees=True)
         data = at | {name: clean[name] + part for name, part in zip(names, parts, strict=True)}
