@@ -274,6 +274,13 @@ def test_fanuc_masters_by_arrangement():
     assert fanuc(plane, (0, 0)).why == "smallest motion of C"
 
 
+@pytest.mark.parametrize("reference", ["A", "C"])
+def test_siemens_names_the_reference_axis_by_which_it_chose(reference):
+    plane = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, AC)
+    for direction, word in ((1, "higher"), (-1, "lower")):
+        assert siemens(plane, (0, 0), direction, reference=reference).why == f"{word} {reference}"
+
+
 def test_siemens_takes_the_other_if_one_is_out_of_travel():
     feature = Plane("PLANE SPATIAL", [0, 45, 0]).frame
     assert siemens(align(feature, AC), (0, 0), -1).angles[0] == pytest.approx(-45)
