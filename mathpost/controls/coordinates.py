@@ -108,6 +108,13 @@ class Coordinates:
             place[axis] = value - self.machine.slides[axis] if axis < 3 else value
         return place
 
+    def tool_axis(self) -> np.ndarray:
+        """Return the tool axis, (3,), in the coordinates of words that name the tip; NaN where it is not known."""
+        if np.isnan(self.words[3:]).any():
+            return np.full(3, np.nan)
+        axis = self.kin.forward(np.r_[np.zeros(3), self.words[3:]], degrees=True)[1]
+        return axis if self.plane is None else self.plane.frame.inverse().rotation @ axis
+
     def angles_for(self, plane: Plane, rule: str, **choice: Any) -> np.ndarray:
         """Return the rotary angles, degrees, that a control goes to for a plane from where its axes stand.
 

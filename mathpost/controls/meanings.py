@@ -174,12 +174,19 @@ def _working_plane(reader: Lines, line: Line, text: str) -> None:
 def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
     """The rotary axes go to the position that this control takes, the slides stand still."""
     joints, control = reader.at.joints(), reader.control
+    _no_tcp(reader)
     if reader.at.plane is None:
         raise reader.error("a tilted plane before it", "none")
     if not control.positioning:
         raise reader.error(f"a rule of {control.name} for the rotary axes", "none in its file")
     angles = reader.at.angles_for(reader.at.plane, control.positioning, **choice)
     reader.turn_to(joints, angles)
+
+
+def _no_tcp(reader: Lines) -> None:
+    """With TCP the slides would follow, on one control, and on another the block is an alarm."""
+    if reader.at.tcp:
+        raise reader.error("TCP off where the rotary axes turn to a plane or back", "it is on")
 
 
 def _turn(reader: Lines, line: Line, text: str) -> None:
@@ -189,6 +196,7 @@ def _turn(reader: Lines, line: Line, text: str) -> None:
 def _plane_off(reader: Lines, line: Line, text: str) -> None:
     _leave(reader)
     if line.turned:
+        _no_tcp(reader)
         reader.turn_to(reader.at.joints(), np.zeros(len(reader.names) - 3))
 
 

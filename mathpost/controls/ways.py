@@ -13,6 +13,8 @@ from mathpost.controls import curves
 from mathpost.controls.curves import PLANES
 from mathpost.controls.lines import Drilling, Line
 
+LEAN = 0.05  # degrees, that a tool may be off the axis of a drilling cycle: printed digits of a plane
+
 if TYPE_CHECKING:
     from mathpost.controls.reader import Lines
 
@@ -57,6 +59,7 @@ def turn(reader: Lines, line: Line, clockwise: bool) -> None:
 
 def holes(reader: Lines, place: np.ndarray, axis: int, heights: curves.Heights) -> None:
     """Take the moves of one hole at a place, words of shape (j,)."""
+    _refuse_tilted(reader, place, axis)
     height = reader.at.words[axis]
     place = place.copy()
     place[axis] = height
@@ -66,6 +69,21 @@ def holes(reader: Lines, place: np.ndarray, axis: int, heights: curves.Heights) 
     motion, reader.motion = reader.motion, "linear"
     reader.put(points[moved], Line(), np.array(rapid)[moved])
     reader.motion = motion
+
+
+def _refuse_tilted(reader: Lines, place: np.ndarray, axis: int) -> None:
+    """Where words name the tip, a hole goes along one of their axes, and the tool has to lie along it."""
+    if not reader.at.on_tip:
+        return
+    if not np.array_equal(place[3:], reader.at.words[3:], equal_nan=True):
+        raise reader.error("rotary axes that stand still in a drilling cycle", "a position of one")
+    lean = np.degrees(np.arccos(np.clip(abs(reader.at.tool_axis()[axis]), 0, 1)))
+    if lean > LEAN:
+        where = "with TCP" if reader.at.tcp else "on the tilted plane"
+        raise reader.error(
+            f"the tool along {reader.names[axis]} of the program for a drilling cycle {where}",
+            f"{lean:.3f}° off it",
+        )
 
 
 def drill(reader: Lines) -> None:

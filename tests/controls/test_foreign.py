@@ -51,6 +51,41 @@ def test_where_a_line_leads(lines, expected):
     np.testing.assert_allclose(found[max(found)], expected, atol=1e-9)
 
 
+PLANE = "G68.2 X0 Y0 Z0 I0 J60 K0"
+
+
+@pytest.mark.parametrize(
+    ("lines", "line", "said"),
+    [
+        ("G43.4 H1\nG0 X0 Y0 Z20 A30\nG81 X1 Y2 Z-7 R2 F100", 6, "a drilling cycle with TCP, found 30.000° off it"),
+        (
+            "G43.4 H1\nG0 X0 Y0 Z20\nG81 X1 Y2 Z-7 R2 A30 F100",
+            6,
+            "rotary axes that stand still in a drilling cycle",
+        ),
+        (f"{PLANE}\nG81 X1 Y2 Z-7 R2 F100", 5, "a drilling cycle on the tilted plane, found 60.000° off it"),
+        (f"G43.4 H1\n{PLANE}\nG53.1", 6, "TCP off where the rotary axes turn to a plane or back, found it is on"),
+    ],
+)
+def test_holes_and_planes_that_would_be_misread_under_tcp_are_refused(lines, line, said):
+    with pytest.raises(InputError, match=f"line {line}: .*{re.escape(said)}"):
+        ends(f"{START}{lines}\nM30\n")
+
+
+@pytest.mark.parametrize("line", ["PLANE SPATIAL SPA+60 SPB+0 SPC+0 TURN FMAX", "PLANE RESET TURN FMAX"])
+def test_a_klartext_plane_that_turns_under_tcp_is_refused(line):
+    with pytest.raises(InputError, match="line 4: .*TCP off where the rotary axes turn"):
+        ends(f"0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+50 A+0 C+0 FMAX\n2 M128\n3 {line}\n4 END PGM A MM\n", "heidenhain")
+
+
+def test_a_hole_under_tcp_goes_along_the_tool():
+    """Upright, and on a plane that the tool is square to: both as without TCP."""
+    hole = "G99 G81 X1 Y2 Z-7 R2 F100"
+    for before, expected in (("", [1, 2, 2]), (f"{PLANE}\nG53.1\n", [1, 2 * HALF - 2 * ROOT, 2 * ROOT + 2 * HALF])):
+        found, _ = ends(f"{START}{before}G43.4 H1\nG0 X0 Y0 Z20\n{hole}\nM30\n")
+        np.testing.assert_allclose(found[max(found)], expected, atol=1e-9)
+
+
 def test_an_arc_keeps_its_radius_and_its_sense():
     text = f"{START}G3 X-10 Y0 I-10 J0 Z7 F100\nM30\n"
     _, found = ends(text)
