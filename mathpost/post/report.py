@@ -15,6 +15,7 @@ from mathpost.machine import Machine
 from mathpost.path import deviation
 from mathpost.path.cl import CLData, commands
 from mathpost.path.coordinates import AS_WRITTEN
+from mathpost.path.pieces import Hole
 from mathpost.post import proof, selection
 from mathpost.post.approach import approaches
 from mathpost.post.options import Options
@@ -99,6 +100,7 @@ def report_of(
     peaks = np.max([law.peaks for law in laws], axis=0) * machine.units
     peaks[0, unknown] = np.nan
     before = [each.uncompensated for each in plans if each.uncompensated]
+    spindles = bool(commands(cl.remarks, "spindle"))
     return Report(
         **vars(worst_of(proofs)),
         settings=dict(_settings(cl, machine, options, plans)),
@@ -107,7 +109,9 @@ def report_of(
         time_law=BETWEEN_BLOCKS[options.control.between_blocks],
         peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
         slowest=max(filter(None, slow), key=lambda at: at[2] - at[1], default=None),
-        warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each, options))),
+        warnings=tuple(
+            dict.fromkeys(sentence for each in plans for sentence in _warnings(each, options, spindles))
+        ),
         uncompensated=worst_of(before) if before else None,
         strategies=tuple(_strategies(plans, options)) if compare else (),
         ways=_ways(plans, options) if compare else {},
@@ -199,8 +203,8 @@ def _range(name: str, plans: list[Plan], joint: int) -> str:
     return f"{name} {angles.min():.3f}° … {angles.max():.3f}°"
 
 
-def _warnings(plan: Plan, options: Options) -> Iterator[str]:
-    """Sentences on what a person should look at in one of the plans."""
+def _warnings(plan: Plan, options: Options, spindles: bool) -> Iterator[str]:
+    """Sentences on what a person should look at in one of the plans; `spindles`: whether the CL data turn one."""
     path, motion = plan.path, plan.moves.motion
     if commands(path.cl.remarks, "compensation"):
         yield "cutter compensation: proved for a radius of 0 in the control's tool table"
@@ -226,6 +230,17 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
         kind = command.values[-1]
         if not options.control.commands[f"coolant {kind}"]:
             yield f"coolant that stays off: a comment tells which {kind}, {options.control.name} has no word"
+    if (
+        options.tcp
+        and options.control.cycles is not None
+        and any(isinstance(each, Hole) for each in path.cl.pieces)
+    ):
+        yield "holes are straight moves: controls take no drilling cycles while they keep the tip"
+    turning = [record for record, spindle in commands(path.cl.remarks, "spindle") if spindle.values[-1] != "OFF"]
+    cut = np.flatnonzero(~path.cl.rapid)
+    changed = commands(path.cl.remarks, "tool")
+    if spindles and changed and cut.size and not any(record <= cut[0] for record in turning):
+        yield f"tool {changed[0][1].values[0]} cuts, and nothing switches the spindle on behind its change"
     if plan.moves.pecks.size and not plan.moves.strokes:
         yield "pecks of drilling cycles are the control's own: the time has none of them"
     if np.degrees(np.abs(motion.joints[:, 3:])).max() > 360 + 1e-6:

@@ -137,6 +137,8 @@ class WordAddress(Control):
             return self.tool_along_plane()
         if groups.get("motion") in CYCLES or groups.get("motion") == 80 or groups.get("motion") in MOTIONS:
             self.motion = groups["motion"]
+            if self.motion not in CYCLES:
+                self.initial = None  # the next cycle comes out to where it begins
         if once == 28:
             return self.home(values)
         if once == 53:

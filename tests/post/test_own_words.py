@@ -234,6 +234,13 @@ def test_holes_and_planes_are_run(number, tilted):
     assert min(samples.tip @ axis) > -20 - 1e-3
 
 
+def test_with_tcp_holes_are_moves_and_the_report_says_why():
+    setup, *vectors = on_machine("ac_table")
+    result = run(cldata.parse(holes_file(np.random.default_rng(9), *vectors)[0]), setup, dialect="fanuc", tcp=True)
+    assert not re.search(r"\bG(7[34]|8[1-9])\b", result.program)
+    assert "controls take no drilling cycles while they keep the tip" in str(result.report)
+
+
 KLARTEXT = {"200": 3, "201": 2, "203": 1, "207": 1}  # how many of `CYCLES` each cycle of Heidenhain drills
 
 

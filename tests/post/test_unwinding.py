@@ -1,5 +1,6 @@
 """Off the part: unwinding and approach go by the safe position of the machine, the body stays clear."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -106,6 +107,21 @@ def test_an_approach_goes_down_last_and_onto_the_part_at_its_feed(name, dialect,
     first_on_part = int(np.flatnonzero(result.place == 0)[2])
     assert not blocks.rapid[first_on_part] and blocks.rapid[first_on_part - 2]
     assert result.report.tip_error < 1e-3
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize("dialect", control.names())
+def test_the_rotary_axes_stand_where_they_are_while_a_tool_is_changed(dialect, tcp):
+    """Nothing asks for more; behind the change they turn at the safe height, straight to the next position."""
+    setup = replace(machine.load("ac_table"), program_head=("; OURS" if dialect == "heidenhain" else "G40",))
+    lines = ["UNITS/MM", "FEDRAT/500,MMPM", "LOAD/TOOL,3", "SPINDL/900", "GOTO/0,0,9,0,0.5,0.8660254038",
+             "GOTO/9,0,0", "LOAD/TOOL,7", "GOTO/0,5,9,0.5,0,0.8660254038", "GOTO/20,5,0"]  # fmt: skip
+    result = post.run(cldata.parse("\n".join(lines) + "\n"), setup, dialect=dialect, tcp=tcp)
+    angles = [re.findall(r" [AC]\+?(-?[\d.]+)", line) for line in result.program.splitlines()]
+    turned = [tuple(map(float, both)) for both in angles if len(both) == 2]
+    assert list(dict.fromkeys(turned)) == [(30.0, 180.0), (30.0, 90.0)]
+    assert "tool 7 cuts, and nothing switches the spindle on" in str(result.report)
+    assert "tool 3 cuts" not in str(result.report)
 
 
 def test_motion_only_stays_motion_only():
