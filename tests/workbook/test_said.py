@@ -349,3 +349,11 @@ def test_a_difference_that_is_a_sum_is_not_right(tmp_path):
     cells = _table() | {"Q20": "difference of the lengths", "R20": "=G8-H8"}
     assert _check(tmp_path, cells).verdict == "right"
     assert _check(tmp_path, cells | {"R20": "=G8+H8"}).verdict != "right"
+
+
+def test_a_result_that_its_heading_calls_active_is_said_to_be(tmp_path):
+    """Sheet t012 has a passive rotation and, for comparison, an active one, both right."""
+    workbook(SHEETS["t012"]).save(tmp_path / "both.xlsx")
+    seen = check_file(tmp_path / "both.xlsx").seen
+    assert "Sheet!B31:B33: active rotation, ZXZ, as the text says" in seen
+    assert "Sheet!J17:J19: passive rotation, ZXZ, as the text says" in seen
