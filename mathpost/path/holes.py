@@ -116,7 +116,7 @@ class Holes(Moves):
             for record, sense in ((after, BACK[modal.sense]), (after + 1, modal.sense)):
                 said = f"SPINDL/{modal.speed:g},RPM,{sense}"
                 self.command("spindle", modal.speed, sense, statement=said, record=record)
-            self.counts["holes tapped as moves: a floating holder is needed"] += 1
-        self.counts["holes of drilling cycles as moves"] += 1
+            self.counts["tapped holes, which need a floating holder where the program has moves for them"] += 1
+        self.counts["holes of drilling cycles"] += 1
         commands = tuple(command for _, command in self.remarks[said_before:] if isinstance(command, Command))
         self.pieces.append(Hole(first, self.count - 1, cycle, commands))

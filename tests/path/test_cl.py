@@ -247,7 +247,7 @@ def test_arcs_and_holes_stand_at_their_own_records_in_a_part_and_behind_a_half_t
         "FEDRAT/100\nGOTO/0,0,50,0,0,1\nRAPID\nGOTO/0,0,50,0,0,-1\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0\n"
         "CYCLE/DRILL,DEPTH,8,MMPM,100,CLEAR,2\nGOTO/3,0,0\nCYCLE/OFF\nGOTO/0,0,-9"
     )
-    assert "with a record half way: 1" in whole.notes[-1] and "holes of drilling cycles as moves: 1" in whole.notes
+    assert "with a record half way: 1" in whole.notes[-1] and "holes of drilling cycles: 1" in whole.notes
     for cl in (whole, whole.part(2, len(whole)), whole.part(3, len(whole) - 1)):
         arc, hole = cl.pieces
         round_, drilled = (cl.points[piece.first : piece.last + 1] for piece in cl.pieces)
