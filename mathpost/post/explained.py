@@ -47,6 +47,7 @@ class Case:
     tip: float
     axis: float
     begin: str  # word that a straight move begins with, or nothing
+    read: Callable[[str], np.ndarray]  # the words of another text, as `words`
     follows: Callable[[str], bool]  # simulates another text: whether it is along the CL path
 
     def fits(self, tips: np.ndarray, axes: np.ndarray) -> bool:
@@ -100,8 +101,14 @@ def explain(case: Case, off: Off) -> tuple[str, ...]:
         found += list(_poses(case, off))
         found += [] if found else list(_shifts(case, off))
     if not found and len(case.text) < LONGEST * 40:
-        found += list(_left_out(case, off)) if off.what == "position" else []
-        found += [] if found else list(_edits(case, off))
+        found += list(_edits(case, off, off.block))
+        if not found and off.what == "position":
+            found += list(_left_out(case, off))
+        if not found and off.what != "way":  # before a way a wrong block may stand for one that is missing
+            for block in range(off.block - 1, max(off.block - 3, -1), -1):
+                found += list(_edits(case, off, block))
+    if not found and off.what == "position":
+        found += list(_poses(case, off, alone=True))
     if not found and off.what == "way":
         found.append(_on_the_way(case, off))
     if not found and off.what == "position" and off.record == 0 and len(case.cl) > 1:
@@ -160,17 +167,18 @@ def _reads_right(case: Case, texts: list[str]) -> bool:
         return False
 
 
-def _poses(case: Case, off: Off) -> Iterator[str]:
-    """Hypotheses that change poses, in the whole program, from the first block on that is off, and in it alone."""
+def _poses(case: Case, off: Off, alone: bool = False) -> Iterator[str]:
+    """Hypotheses that change poses: in the first block alone that is off, or in all, or else from it on."""
     line = case.lines[off.block]
     first = off.block if off.record else 0
     here = slice(off.block, off.block + 1)
     # What is said, of which blocks, and which of them are looked at first.
-    ranges = (
+    ranges = [
         ("", slice(None), slice(first, first + CANDIDATES)),
         (f" from line {line} on", slice(off.block, None), here),
-        (f" in line {line} alone", here, here),
-    )
+    ]
+    if alone:
+        ranges = [(f" in line {line} alone", here, here)]
     tried, found = [(phrase, *pose) for phrase, pose in _hypotheses(case) if pose is not None], False
     for where, rows, some in ranges:
         if found:
@@ -266,38 +274,48 @@ def _vector(values: np.ndarray) -> str:
     return " ".join(f"{name}{value:+z.3f}" for name, value in zip("XYZ", values, strict=True))
 
 
-def _edits(case: Case, off: Off) -> Iterator[str]:
-    """One digit, sign or point of a word in the line of the first block that is off, or in those before it.
-
-    A way is off because of the block that it leads to: one before may stand for a block that is missing.
-    """
+def _edits(case: Case, off: Off, block: int) -> Iterator[str]:
+    """One digit, sign or point of a word in the line of a block."""
     texts = case.text.splitlines()
     names = case.kin[0].machine.joint_names
     word = re.compile("|".join(rf"(?<![A-Z0-9]){re.escape(axis_word(name).strip())}({NUMBER})" for name in names))
-    for block in range(off.block, max(off.block - (1 if off.what == "way" else 3), -1), -1):
-        line = int(case.lines[block])
-        for match in word.finditer(texts[line - 1]):
-            group = match.lastindex or 1
-            axis, found = group - 1, match[group]
-            others = _alike(found)
-            steps = np.array([float(other) for other in others]) - float(found)
-            for index in np.flatnonzero(_near(case, block, axis, steps, off)):
-                other = others[index]
-                start, end = match.span(group)
-                changed = [*texts]
-                changed[line - 1] = texts[line - 1][:start] + other + texts[line - 1][end:]
-                if _reads_right(case, changed):
-                    yield f"line {line}: {match[0]} stands where {names[axis]}{other} would be right"
+    line = int(case.lines[block])
+    for match in word.finditer(texts[line - 1]):
+        group = match.lastindex or 1
+        start, end = match.span(group)
+
+        def changed(other: str, start: int = start, end: int = end) -> list[str]:
+            text = texts[line - 1]
+            return [*texts[: line - 1], text[:start] + other + text[end:], *texts[line:]]
+
+        others = _alike(match[group])
+        value = float(match[group])
+        moved = _moved(case, block, group - 1, changed(f"{value + 1:.6f}"))
+        steps = np.array([float(other) for other in others]) - value
+        for index in np.flatnonzero(_near(case, block, steps[:, None] * moved, off)):
+            if _reads_right(case, changed(others[index])):
+                name = names[group - 1]
+                yield f"line {line}: {match[0]} stands where {name}{others[index]} would be right"
 
 
-def _near(case: Case, block: int, axis: int, steps: np.ndarray, off: Off) -> np.ndarray:
-    """Which steps of one word would move a block, and near to the CL path about the place where it should be.
+def _moved(case: Case, block: int, axis: int, texts: list[str]) -> np.ndarray:
+    """How far the words of a block go for a step of 1 in a line: on a tilted plane or in inches not as it says."""
+    try:
+        found = case.read("\n".join(texts) + "\n")
+    except MathpostError:
+        found = case.words[:0]
+    if len(found) == len(case.words):
+        return found[block] - case.words[block]
+    return np.eye(case.words.shape[1])[axis]
+
+
+def _near(case: Case, block: int, steps: np.ndarray, off: Off) -> np.ndarray:
+    """Which steps of the words, (n, 5), would move a block onto the CL path about the place where it should be.
 
     A step that leaves tip and tool axis within their tolerances mends nothing. Where the program ends too soon the
     place is that of the last record.
     """
-    words = np.repeat(case.words[block][None], len(steps), axis=0)
-    words[:, axis] += steps
+    words = case.words[block] + steps
     tips, tools = case.kin[block].forward(words, degrees=True)
     tips = words[:, :3] if case.tcp[block] else tips
     moved = np.linalg.norm(tips - case.tips[block], axis=1) > case.tip

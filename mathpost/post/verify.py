@@ -183,6 +183,9 @@ def verify(
         paces = pace(moves, program.blocks, program.lines, tips, cl, compared.place[:right], tolerance)
         if compared.off is not None:
 
+            def words(other: str) -> np.ndarray:
+                return follow(other, machine, control, setup=setup, name=name).blocks.words
+
             def follows(other: str) -> bool:
                 again = follow(other, machine, control, setup=setup, name=name)
                 poses = _simulated(again)
@@ -192,7 +195,7 @@ def verify(
 
             case = Case(
                 text, program.lines, program.blocks.words, program.blocks.tcp, kin, tips, axes, cl, tolerance,
-                axis_tolerance, control.begin, follows,
+                axis_tolerance, control.begin, words, follows,
             )  # fmt: skip
             explained = explain(case, compared.off)
     return Verified(
