@@ -15,7 +15,8 @@ from mathpost.post import run as post
 from tests.benchmarks.pipeline import trunnion, write_cl
 from tests.benchmarks.timing import row
 
-SIZES = [10**n for n in range(3, 1 + int(os.environ.get("LARGEST_POWER", "6")))]
+LARGEST = int(os.environ.get("LARGEST", "3_000_000"))
+SIZES = [size for n in range(4, 9) for size in (10**n, 3 * 10**n) if size <= LARGEST]
 LARGE = 2  # number of the first size beside which deriving and compiling the machine is little
 PICTURE = Path(__file__).with_name("growth.png")
 
@@ -48,7 +49,7 @@ def run():
             rounds = [inverse(path) | stages(path, output) for _ in range(3 if count < 10**7 else 1)]
             measured.append({stage: min(one[stage] for one in rounds) for stage in rounds[0]})
             path.unlink()
-    print(f"growth from {SIZES[0]} to {SIZES[-1]} records (LARGEST_POWER=7 for more):")
+    print(f"growth from {SIZES[0]} to {SIZES[-1]} records (LARGEST=10_000_000 for more):")
     draw(measured)
 
 
@@ -60,7 +61,7 @@ def draw(measured):
         row(f"{stage}, exponent from {SIZES[LARGE]} records on", exponent, None, "growth")
         row(f"{stage}, at {SIZES[-1]} records", seconds[-1] / measured[-1]["whole"], None, "the whole")
         axes.loglog(SIZES, seconds / measured[-1]["whole"], "o-", label=f"{stage}, exponent {exponent:.2f}")
-    axes.set(xlabel="records", ylabel=f"time / time of the whole at {SIZES[-1]:.0e} records")
+    axes.set(xlabel="records", ylabel=f"time / time of the whole at {SIZES[-1]:,} records")
     axes.legend()
     axes.grid(alpha=0.3)
     figure.savefig(PICTURE, dpi=100)
