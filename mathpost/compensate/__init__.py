@@ -5,6 +5,6 @@ Read `model` first: the chain with its errors as symbols, and the measured error
 
 From readings to a machine: `readings` brings files of every method to one form (`positioning`, `gauge` and
 `instrument` are theirs), `calibrate` makes one estimate of them (`held`, `moved`, `unmeasured`, `problem`),
-`verdict` says whether they fit, `suspect` why not, `further` what else to measure, `handover` and `terms` write
-what was found.
+`verdict` says whether they fit, `agree` whether files do, `suspect` why not, `further` what else to measure,
+`handover` and `terms` write what was found.
 """

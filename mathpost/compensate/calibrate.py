@@ -22,6 +22,7 @@ import numpy as np
 
 from mathpost.compensate import further, suspect, verdict
 from mathpost.compensate import readings as files
+from mathpost.compensate.agree import apart
 from mathpost.compensate.model import SQUARENESS, MachineErrors, constant_errors, error_names
 from mathpost.compensate.moved import corrected
 from mathpost.compensate.positioning import Positioning
@@ -190,7 +191,8 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
         raise InputError(", ".join(found.noise), "readings at several angles of an axis", "none that tells of one")
     verdict.refuse_absurd(found)
     doubts, notes = verdict.judge(problem, solution)
-    doubts, notes = (*files.copied(blocks), *doubts), (*notes, *verdict.left_out(problem, solution, found))
+    doubts = (*files.copied(blocks), *doubts, *apart(problem, solution))
+    notes = (*notes, *verdict.left_out(problem, solution, found))
     far = verdict.far_off(found)
     if all(each.method in files.PROBED for each in blocks):  # which may be meant to find an axis
         return replace(found, doubts=doubts, notes=(*far, *notes))

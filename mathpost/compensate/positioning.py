@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 LARGEST = 5  # mm: of a deviation
 SMALLEST = 0.05  # arcsec or µm: deviations that are all smaller were given in another unit
 ROUNDING = 1e-9  # mm or radians: no reading scatters less
+FEWEST = 4  # targets at which runs are compared
+ODD = 4  # times what other runs differ at a target, by which one run is not like them
 CLOSED = 4  # standard deviations by which a turn may fail to close
 
 
@@ -82,6 +84,7 @@ def positioning(table: Table, machine: Machine) -> Positioning:
     spread = np.array([np.sqrt(sum(1 / len(each) for each in group)) / len(group) for group in groups])
     reversal = max((abs(group[0].mean() - group[1].mean()) for group in groups if len(group) == 2), default=0.0)
     closure, doubts = _closure(turns, sigma, "arcsec" if rotary else "µm", name)
+    doubts = (*doubts, *_odd_run(table.path, columns, backwards, values))
     size = np.degrees(3600) if rotary else 1e3
     if 0 < size * np.abs(values).max() < SMALLEST:
         found = f"{size * np.abs(values).max():.4f} {'arcsec' if rotary else 'µm'}"
@@ -100,6 +103,26 @@ def positioning(table: Table, machine: Machine) -> Positioning:
         table.notes,
         doubts,
     )
+
+
+def _odd_run(path: str, columns: Sequence[str], backwards: Sequence[bool], values: np.ndarray) -> tuple[str, ...]:
+    """The doubt about a run without which the others agree far better: a sign, another target, a bump.
+
+    All of a run may be shifted, for an axis drifts from run to run. A run that is alone in its direction is not
+    judged.
+    """
+    peers = [n for n, side in enumerate(backwards) if list(backwards).count(side) > 1]
+    if len(columns) < 3 or len(values) < FEWEST or not peers:
+        return ()
+    shape = values - values.mean(axis=0)
+    noise = {n: float(np.sqrt(np.delete(shape, n, axis=1).var(axis=1, ddof=1).mean())) for n in peers}
+    odd = min(peers, key=lambda n: noise[n])
+    least, others = max(noise[odd], ROUNDING), np.delete(shape, odd, axis=1).mean(axis=1)
+    if np.sqrt(np.mean((shape[:, odd] - others) ** 2)) < ODD * least:
+        return ()
+    turned = np.sqrt(np.mean((shape[:, odd] + others) ** 2)) < 2 * least
+    said = ": with the other sign it would agree" if turned else ""
+    return (f"{path}, column {columns[odd]!r}: this run alone differs from the others{said}",)
 
 
 def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarray:

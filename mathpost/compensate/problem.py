@@ -124,17 +124,17 @@ class Problem:
         given = np.concatenate(
             [np.broadcast_to(sigma, len(each.value)) for sigma, each in zip(sigmas, self.sources, strict=True)]
         )
-        start = self._exact(self._sought(), given, np.zeros(self.count))
+        start = self._exact(self.sought(), given, np.zeros(self.count))
         self.linear = start, *self.predict(self.all, start)
-        plain = self._noise(self._sought(), given)
+        plain = self._noise(self.sought(), given)
         if plain is None:
-            raise self._too_few(self._sought(), given)
+            raise self._too_few(self.sought(), given)
         noise = plain
-        for more in (self._sought(effects=True), self._sought(drift=True), self._sought(effects=True, drift=True)):
+        for more in (self.sought(effects=True), self.sought(drift=True), self.sought(effects=True, drift=True)):
             found = self._noise(more, given)
             if found is not None and self._speaks_for(found, noise):
                 noise = found
-        sought, others = noise.kept, [n for n in self._sought(effects=True) if n not in noise.kept]
+        sought, others = noise.kept, [n for n in self.sought(effects=True) if n not in noise.kept]
         if others:
             self._shrink(sorted([*sought, *others]), noise.sigmas)
         found = self._with_bias(noise, others)
@@ -153,7 +153,7 @@ class Problem:
         sigmas = np.concatenate(
             [np.broadcast_to(sigma, len(each.value)) for sigma, each in zip(given, self.sources, strict=True)]
         )
-        found = self._estimate(self._sought(effects=True, drift=True), sigmas, [])
+        found = self._estimate(self.sought(effects=True, drift=True), sigmas, [])
         return float(((found.residuals / sigmas) ** 2).sum() + ((found.x / self.prior) ** 2).sum())
 
     def _with_bias(self, found: Solution, others: list[int]) -> Solution:
@@ -170,7 +170,7 @@ class Problem:
         deviation = np.sqrt(found.whole[(found.kept.index(index),) * 2])
         return bool(deviation <= DETERMINED * self.prior[index])
 
-    def _sought(self, effects: bool = False, drift: bool = False) -> list[int]:
+    def sought(self, effects: bool = False, drift: bool = False) -> list[int]:
         """Indices of the unknowns that are sought."""
         left_out = set() if effects else {n for own in self.terms for n in range(own.start, own.stop)}
         left_out |= set() if drift else {n for own in self.drifts for n in range(own.start, own.stop)}

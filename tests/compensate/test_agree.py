@@ -1,0 +1,63 @@
+"""Files, and runs of one file, that tell of different machines."""
+
+import numpy as np
+import pytest
+
+from mathpost import machine as machines
+from mathpost.compensate.calibrate import calibrate
+from tests.compensate import simulated
+from tests.compensate.simulated import Simulated
+
+
+def _calibrated(folder, contents, kind="table"):
+    (folder / "machine.toml").write_text(simulated.toml(kind), encoding="utf-8")
+    paths = [folder / f"{number}.csv" for number in range(len(contents))]
+    for path, content in zip(paths, contents, strict=True):
+        path.write_text(content, encoding="utf-8")
+    return calibrate(machines.load(folder / "machine.toml"), paths)
+
+
+def _moved(kind, seed, axis, off):
+    """A machine, and the same after its axis number `axis` has moved by `off`, mm."""
+    one, other = (Simulated(kind, np.random.default_rng(seed)) for _ in range(2))
+    name, side, direction, point = other.axes[axis]
+    other.axes[axis] = (name, side, direction, point + np.array(off))
+    return one, other
+
+
+@pytest.mark.parametrize("kind", ["table", "mixed", "head"])
+def test_files_of_one_machine_agree(kind, tmp_path):
+    machine, _ = _moved(kind, 1, 0, (0, 0, 0))
+    rng = np.random.default_rng(2)
+    assert _calibrated(tmp_path, [simulated.ball(machine, rng), simulated.probe(machine, rng)], kind).fits
+
+
+@pytest.mark.parametrize("kind", ["table", "mixed", "head"])
+def test_two_files_of_a_machine_that_was_moved_between_them(kind, tmp_path):
+    machine, later = _moved(kind, 1, 0, (0, 0.02, 0))
+    rng = np.random.default_rng(2)
+    found = _calibrated(tmp_path, [simulated.ball(machine, rng), simulated.ball(later, rng)], kind)
+    assert any("tell of two machines" in each for each in found.doubts)
+
+
+def test_the_file_that_alone_disagrees_is_named(tmp_path):
+    machine, later = _moved("table", 1, 1, (0, 0.02, 0))
+    rng = np.random.default_rng(2)
+    files = [simulated.ball(machine, rng), simulated.ball(later, rng), simulated.probe(machine, rng)]
+    found = _calibrated(tmp_path, files)
+    assert any("1.csv tells of a different machine than the other files" in each for each in found.doubts)
+
+
+@pytest.mark.parametrize("run", range(6))
+def test_a_run_of_the_other_sign_is_named(run, tmp_path):
+    machine = Simulated("table", np.random.default_rng(3))
+    machine.positioning["C"] = lambda q: 5 * simulated.ARCSEC * np.sin(q)
+    content = simulated.laser(machine, "C", np.random.default_rng(4))
+    assert _calibrated(tmp_path, [content]).fits
+    head, names, *rows = content.split("\nposition")[0], *("position" + content.split("\nposition")[1]).split()
+    cells = [row.split(",") for row in rows]
+    for row in cells:
+        row[1 + run] = f"{-float(row[1 + run])}"
+    found = _calibrated(tmp_path, ["\n".join([head, names, *(",".join(row) for row in cells), ""])])
+    name = names.split(",")[1 + run]
+    assert any(f"column {name!r}: this run alone differs from the others: with" in each for each in found.doubts)
