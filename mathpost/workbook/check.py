@@ -123,7 +123,10 @@ def _recognised(judge: Judge) -> Iterator[str]:
     if judge.reading:
         sequence, convention = judge.reading
         axes = "turned" if sequence.isupper() else "fixed"
-        yield f"it is {sequence} about {axes} axes, {convention}; no text says so, and source 000 has ZXZ, passive"
+        unsaid = "so, and source 000 has ZXZ, passive"
+        if found.by == "the text":
+            unsaid = "whether the point or the frame turns"
+        yield f"it is {sequence} about {axes} axes, {convention}; no text says {unsaid}"
         yield f"if that was asked, add --sequence {sequence} --convention {convention}"
         yield from (graph.range(c.results) for c in found.calculations)
         return

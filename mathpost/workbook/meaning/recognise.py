@@ -19,7 +19,7 @@ from mathpost.workbook.meaning.find_planes import find_planes
 from mathpost.workbook.meaning.given import QUATERNION
 from mathpost.workbook.meaning.nc_table import rows_of
 from mathpost.workbook.meaning.rows import rows_alike
-from mathpost.workbook.meaning.texts import FOREIGN, PASSIVE, reading
+from mathpost.workbook.meaning.texts import FOREIGN, PASSIVE, SAID_ACTIVE, reading
 from mathpost.workbook.meaning.turns import Turns
 from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.sheet.neighbours import filled
@@ -39,8 +39,8 @@ class Recognised(Turns):
 
     Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
     be calculations if no other cells used them, and the vectors `beside` are none; `doubts` says of some why not.
-    `by` says who names the reading: the task, the text, or source 000; it `is_open` if a text that is not
-    understood may say more.
+    `by` says who names the reading: the task, the text, or source 000; it `is_open` if the text names axes and not
+    what is turned, or one that is not understood may say more.
     """
 
     def __init__(self, graph: Graph, task: Task) -> None:
@@ -56,8 +56,9 @@ class Recognised(Turns):
         self.beside = []
         count = len(self.typed & self.turning)
         self.sequence, self.active, self.by, unsure, self.names = reading(task, self.text, count)
-        said = task.convention or self.active or re.search(PASSIVE, self.text, re.I)
-        self.is_open = self.by != "the task" and not said and bool(re.search(FOREIGN, self.text, re.I))
+        said = task.convention or self.active or re.search(f"{PASSIVE}|{SAID_ACTIVE}", self.text, re.I)
+        more = self.by == "the text" or bool(re.search(FOREIGN, self.text, re.I))
+        self.is_open = self.by != "the task" and not said and more
         self.is_whole = len(self.sequence) == 3  # else the last angles are 0
         if not self.is_whole:
             full = next(each for each in euler.SEQUENCES if each.startswith(self.sequence.upper()))
