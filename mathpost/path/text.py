@@ -22,7 +22,7 @@ from mathpost.errors import InputError
 from mathpost.formula import compiled
 
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
-WORTH = 15_000  # lines; a smaller text takes less time without machine code than loading that does
+WORTH = 6_000  # lines; a smaller text takes less time without machine code than loading that does
 ROWS = 4096  # lines that are written at once: what is made of them fits the processor's cache
 WIDEST = 24  # characters of a number that the loop writes, at most
 NEWLINE, RETURN, BLANK, POINT, MINUS, PLUS, ZERO, NINE = b"\n\r .-+09"

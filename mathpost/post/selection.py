@@ -32,7 +32,7 @@ POLE = 1e-10  # radians from the pole, within which every workpiece-side angle i
 PREFERENCE = 1e-3  # of the way: by so much the other branch has to be cheaper than the preferred one to begin on it
 EVEN = np.radians(1.0)  # by which the travel of a tilting axis may be shorter on the side that it prefers
 MANY = 10  # turns of travel
-LONG = 100_000  # moves to compare; with more of them it pays to load Numba
+LONG = 24_000  # moves to compare; with more of them it pays to load Numba
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ SLIGHT = 1e-3  # radians, a corner that is none
 STILL = 1e-12  # mm/s or rad/s
 ROUNDING = 1e-12  # of w²: what changes less stays the same
 TCP_PARTS = 16  # of a move with TCP, that are looked at for the fastest of each axis
-LONG = 15_000  # moves; with more of them it pays to load Numba
+LONG = 6_000  # moves; with more of them it pays to load Numba
 SlowDown = tuple[int, float, float]  # a record, from 0, and the seconds before it that are asked, and taken
 Joint = TypeVar("Joint", Linear, Rotary)
 
