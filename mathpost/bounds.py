@@ -26,15 +26,15 @@ class TooLarge(Exception):
 
 @contextmanager
 def bounded(seconds: float = SECONDS, memory: int = MEMORY) -> Iterator[None]:
-    """Raise `TooLarge` if the work inside takes more of the processor's time, or of memory.
+    """Raise `TooLarge` if the work inside takes more processor time or more memory than given.
 
-    Within another bound the earlier one holds. Time is bounded in the main thread, but not on Windows; memory is
-    bounded on Linux.
+    Of two nested bounds, the one that is reached first applies. Time is bounded in the main thread, but not on
+    Windows; memory is bounded on Linux.
 
     Parameters
     ----------
     seconds : float, optional
-        Of the processor, so that a busy machine changes nothing.
+        Processor time, so that a busy machine changes nothing.
     memory : int, optional
         Bytes beyond what the process holds already.
     """

@@ -89,7 +89,7 @@ def joint_symbols(machine: Machine) -> tuple[sp.Symbol, ...]:
 def between(machine: Machine) -> list[tuple[Rotary, sp.Symbol, int]]:
     """The rotary joints from the workpiece to the tool: tuples of `Rotary`, its symbol, and the sign of its turn.
 
-    A table stands between the workpiece and the bed, so the chain runs through it backwards: sign −1.
+    A table lies between the workpiece and the bed, so the chain runs through it backwards: sign −1.
     """
     pairs = list(zip(machine.rotary, joint_symbols(machine)[3:], strict=True))
     tables = [(rotary, angle, -1) for rotary, angle in pairs if rotary.carries == "workpiece"]
@@ -133,12 +133,13 @@ def workpiece_from_tool(machine: Machine, parameters: bool = False) -> sp.Matrix
 
 @lru_cache(maxsize=256)
 def bodies(machine: Machine) -> tuple[tuple[str, sp.Matrix], ...]:
-    """Return where each body of the machine stands: pairs of its name and the 4×4 matrix machine_from_body.
+    """Return the pose of each body of the machine: pairs of its name and the 4×4 matrix machine_from_body.
 
-    First what the joints between bed and workpiece carry, then the workpiece, and what the joints between bed and
-    tool carry, named after the joints; last the tool. A body on the workpiece side has machine coordinates at joint
-    zero, the workpiece and the tool their own frames, the others count from the nose. Which slides stand on which
-    side, and which carries which, is `Machine.slides_that_carry`.
+    First come the bodies carried by the joints between bed and workpiece, then the workpiece, then the bodies
+    carried by the joints between bed and tool, and last the tool. A carried body is named after its joint. Bodies
+    on the workpiece side have machine coordinates at joint zero, the workpiece and the tool have their own frames,
+    and the others count from the nose. `Machine.slides_that_carry` says which slides are on which side, and which
+    carries which.
 
     Examples
     --------
@@ -183,9 +184,10 @@ def homogeneous(matrix: sp.Matrix, translation: sp.Matrix) -> sp.Matrix:
 
 
 def product(matrices: Iterable[sp.Matrix]) -> sp.Matrix:
-    """The product of sympy matrices, first on the left, as the textbook has it.
+    """The product of sympy matrices, the first on the left, as in a textbook.
 
-    sympy's own asks of each entry whether it is infinite before it multiplies it by zero: ten times as long.
+    sympy's own product checks whether an entry is infinite before multiplying it by zero, which takes ten times as
+    long.
     """
     return reduce(_times, matrices)
 
@@ -238,10 +240,10 @@ def joint_values(machine: Machine, joints: ArrayLike, degrees: bool) -> list[np.
 
 
 def machine_frames(machine: Machine, joints: ArrayLike, *, degrees: bool = False) -> tuple[Frame, ...]:
-    """Return where the workpiece and the tool of a machine stand, WCS in MCS and TCS in MCS, as two `Frame`.
+    """Return the poses of a machine's workpiece and tool, WCS in MCS and TCS in MCS, as two `Frame`.
 
     `joints`, shape (..., k), are those of `Kinematics.forward`. The tool's origin is the tip, its Z the tool axis.
-    The way of a point from tool to workpiece is ``machine_from_workpiece.inverse() @ machine_from_tool``.
+    ``machine_from_workpiece.inverse() @ machine_from_tool`` takes a point from the tool's frame to the workpiece's.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """The derivation printed for other programs: a machine, or any sympy expressions, as JavaScript, C or LaTeX.
 
-`function` prints expressions as one function of an array, with what they have in common computed once. `machine`
-prints a machine as a file that stands alone: every body's place, forward, both inverse branches, the Jacobian.
+`function` prints expressions as one function of an array, their common subexpressions computed once. `machine`
+prints a machine as a self-contained file: every body's pose, forward, both inverse branches, the Jacobian.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ def function(
     """Print expressions as the source of a function ``name(q, out)`` that reads one array and fills another.
 
     `arguments` are symbols of any name, in their order in the array `q`; `language` is ``"js"`` or ``"c"``. The
-    JavaScript function also returns `out`, by default a new array. `named` are pairs of a further symbol and what
-    it stands for.
+    JavaScript function also returns `out`, by default a new array. `named` are pairs of a further symbol and its
+    expression.
 
     Examples
     --------
@@ -96,7 +96,7 @@ _DIALECTS = {
 
 
 def machine(kin: Kinematics, language: str) -> str:
-    """Print a machine, a `Kinematics`, as a file that stands alone; its header says what goes in and out.
+    """Print a machine, a `Kinematics`, as a self-contained file; its header describes the inputs and outputs.
 
     `language` is one of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C:
     the same functions, C99. LaTeX: an article with the formulas.
@@ -117,7 +117,7 @@ EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
 
 
 def body(kin: Kinematics, *, jacobian: bool = True) -> str:
-    """Print a machine as JavaScript without exports, to stand inside of a page: it defines the `EXPORTS`."""
+    """Print a machine as JavaScript without exports, to be embedded in a page: it defines the `EXPORTS`."""
     names = ", ".join(f'"{name}"' for name, _ in chain.bodies(kin.machine))
     return f"const bodies = [{names}];\n\n{_printed(kin, 'js', jacobian)}"
 

@@ -11,8 +11,8 @@ class MathpostError(ValueError):
 
 
 class InputError(MathpostError):
-    """Something given to mathpost is wrong: `where` (file and line or key, cell, argument), what should stand there
-    and what does, all str.
+    """Something given to mathpost is wrong: `where` (file and line or key, cell, argument), what was expected there
+    and what was found, all str.
     """
 
     def __init__(self, where: str, expected: str, found: str | None) -> None:

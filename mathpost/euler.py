@@ -2,9 +2,9 @@
 
 A `sequence` is named as in SciPy: upper case, one of `SEQUENCES`, turns about the axes as already turned
 (``"ZXZ"``: Z, new X, newest Z; intrinsic), the same in lower case about the fixed ones (``"xyz"``; extrinsic).
-Three angles stand in the order of the sequence, shape (..., 3), radians unless `degrees`. Matrices are active,
+Three angles are given in the order of the sequence, shape (..., 3), radians unless `degrees`. Matrices are active,
 shape (..., 3, 3): their columns are the axes of the turned frame. `InputError` is raised for an unknown sequence,
-for what is not finite numbers of the shape stated, a matrix that is no rotation and a direction of length zero.
+numbers that are not finite or not of the shape stated, a matrix that is no rotation and a direction of length zero.
 """
 
 from collections.abc import Callable, Iterable
@@ -130,11 +130,11 @@ def _entries(matrices: np.ndarray) -> np.ndarray:
 
 
 def arguments(sequence: str, matrix: sp.Matrix, first: int | sp.Expr) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Return what stands in the three atan2 that read the angles of an intrinsic sequence off a matrix.
+    """Return the arguments of the three atan2 that read the angles of an intrinsic sequence off a matrix.
 
-    With M = R_i(a)·R_j(b)·R_k(c): the column k of M is R_i(a)·R_j(b)·e_k, in which a stands beside one factor
-    that is sin b or cos b, and not negative. N = R_i(−a)·M = R_j(b)·R_k(c) then shows b in its column k and c in
-    its row j.
+    With M = R_i(a)·R_j(b)·R_k(c): column k of M is R_i(a)·R_j(b)·e_k, in which sin a and cos a have one common
+    factor, sin b or cos b, which is not negative. N = R_i(−a)·M = R_j(b)·R_k(c) then shows b in its column k and c
+    in its row j.
 
     `matrix` is a sympy.Matrix, `first` the first angle, which the other two need. Returns three pairs: sine and
     cosine of each angle, both times one factor that is not negative; zero at the lock.
@@ -250,7 +250,8 @@ def from_quaternion(quaternion: ArrayLike) -> np.ndarray:
 def to_quaternion(matrix: ArrayLike) -> np.ndarray:
     """Return the unit quaternion (w, x, y, z), scalar first, shape (..., 4), of an active matrix (..., 3, 3).
 
-    Of q and −q the one with w > 0, or at a half turn the one whose first entry that is not zero is positive.
+    q and −q are the same rotation: the one with w > 0 is returned, or at a half turn the one whose first non-zero
+    entry is positive.
 
     Examples
     --------

@@ -33,7 +33,7 @@ def read_bytes(path: Path | str) -> bytes:
 def data_file(path: str) -> Path:
     """Return the path of a file that comes with the package, such as ``"cl/blade.cl"``; `InputError` if none does.
 
-    In a checkout the folder `data` stands beside the package, in an installed package inside it.
+    In a checkout the folder `data` is beside the package, in an installed package inside it.
     """
     for folder in (Path(__file__).parents[1] / "data", Path(__file__).parent / "data"):
         if (folder / path).exists():

@@ -41,13 +41,13 @@ def numeric(
     arguments: tuple[sp.Symbol, ...],
     named: tuple[tuple[sp.Symbol, sp.Expr], ...] = (),
 ) -> Callable[..., np.ndarray]:
-    """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
+    """Compile a sympy expression into a function of NumPy arrays, and cache it; nothing else in mathpost does.
 
     `expression` is one expression, an ImmutableMatrix or a tuple of expressions, `arguments` a tuple of symbols,
-    `named` pairs of a further symbol and what it stands for. The function takes numbers or arrays, broadcast
-    against each other to shape ``(...)``, and returns a float array of shape ``(...)``, ``(..., rows, columns)`` or
-    ``(..., len(tuple))``. What the entries have in common is computed once. Large arrays go through in pieces of
-    `SLICE` elements, so that the intermediate results stay in the processor's cache.
+    `named` pairs of a further symbol and its expression. The function takes numbers or arrays, broadcast against
+    each other to shape ``(...)``, and returns a float array of shape ``(...)``, ``(..., rows, columns)`` or
+    ``(..., len(tuple))``. Common subexpressions are computed once. Large arrays are processed in pieces of `SLICE`
+    elements, so that the intermediate results stay in the processor's cache.
 
     Examples
     --------
@@ -205,7 +205,7 @@ class _Values:
 
 
 def _leaf(expression: sp.Expr) -> sp.Expr:
-    """A symbol as it stands; a constant as a float, but for whole numbers that one holds."""
+    """A symbol unchanged; a constant as a float, or as an integer where it is one that a float holds exactly."""
     exact = not expression.is_number or (expression.is_Integer and abs(expression) < 2**53)
     return expression if exact else sp.N(expression, 30)
 
@@ -221,7 +221,7 @@ def _with_sign(sign: int, expression: sp.Expr) -> sp.Expr:
 
 @cache
 def compiled(loop: Callable, *helpers: Callable) -> Callable:
-    """A loop that calls `helpers` as machine code, kept if there is a folder for it; as it stands without Numba."""
+    """A loop that calls `helpers`, as machine code, cached if there is a folder for it; unchanged without Numba."""
     try:
         from numba import njit
         from numba.extending import register_jitable

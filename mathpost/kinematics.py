@@ -1,6 +1,6 @@
 """Forward and inverse kinematics: the chain of a machine solved in sympy and compiled.
 
-Between the workpiece and the tool stand two rotary joints: the *workpiece-side* one, next to the workpiece, and the
+Between the workpiece and the tool are two rotary joints: the *workpiece-side* one, next to the workpiece, and the
 *tool-side* one, next to the tool. Only the latter changes the angle between the tool axis and the workpiece-side
 axis, so it is solved first, from one equation A·cos θ + B·sin θ = D; the workpiece-side one then turns the tool
 axis into place, and X Y Z close the loop. `derive` does this step by step, `Kinematics` compiles what it finds.
@@ -166,7 +166,7 @@ class Kinematics:
         """Return the 4×4 matrix workpiece_from_tool in the joint symbols (radians).
 
         Its last column is the tool tip, its third the tool axis. With `parameters` the machine's offsets and
-        directions are kept as symbols too (directions stand for unit vectors), those of `mathpost.chain.Geometry`.
+        directions are kept as symbols too, those of `mathpost.chain.Geometry`; the directions are unit vectors.
         """
         return chain.workpiece_from_tool(self.machine, parameters)
 
@@ -287,13 +287,13 @@ def solved(
 ) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[tuple[sp.Symbol, sp.Expr], ...]]:
     """Return an `Inverse` solved for the joints, as expressions, their arguments, and pairs of name and meaning.
 
-    For each branch X Y Z, the angles `rotary` and the sum of the squares of `Inverse.turn`, which is 0 at the pole;
-    arguments are tip, tool axis, `BELOW` and `ABOVE`. The cosines and sines of both angles are algebraic in what
-    the angles come from: none is computed from an angle. The named symbols stand in the expressions for terms that
-    sympy would otherwise look at each time.
+    For each branch: X Y Z, the angles `rotary` and the sum of the squares of `Inverse.turn`, which is 0 at the
+    pole; the arguments are tip, tool axis, `BELOW` and `ABOVE`. The cosines and sines of both angles are algebraic
+    in the arguments of their atan2: none is computed from an angle. The named symbols replace terms in the
+    expressions that sympy would otherwise examine each time.
     """
     entries: list[sp.Expr] = []
-    # Of a symbol sympy knows that it is real; of what it stands for it would ask at length.
+    # A symbol is known to sympy as real; for the expression that it replaces, sympy would take long to find out.
     named: dict[sp.Symbol, sp.Expr] = {}
     for branch, solution in enumerate(derived.solutions or (None,)):
         cosine, sine, rise, run = sp.symbols([f"{name}_{branch}" for name in ("c", "s", "rise", "run")], real=True)

@@ -23,8 +23,8 @@ from mathpost.toml_table import TomlTable, a_number, each, numbers, one_of, only
 PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_change"}  # keys of [program]
 LETTERS = ("X", "Y", "Z")
 ENDLESS = (-math.inf, math.inf)
-TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may stand beyond an end of its travel
-MOST_TURNS = 10  # to either side: as many whole turns of one angle are worth looking at
+TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may be beyond an end of its travel
+MOST_TURNS = 10  # whole turns to either side of an angle that are considered
 UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
 
 
@@ -107,8 +107,8 @@ class Machine:
     tool_length: float  # spindle nose to tip, mm
     # Of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose:
     programmed_point: str | tuple[float, ...]
-    # What the limits of X Y Z count: "slides", in machine coordinates (a slide stands at its word, plus the origin,
-    # plus the tool where the word names the tip), or "words".
+    # What the limits of X Y Z refer to: "slides", in machine coordinates (the position of a slide is its word, plus
+    # the origin, plus the tool where the word names the tip), or "words".
     limits_of: str = "slides"
     slide_order: tuple[str, ...] = ("X", "Y", "Z")  # from the bed outwards, on either side: for drawings and errors
     # Lines of a program, in the words of its control: before and after the moves, and instead of the control's own
@@ -141,7 +141,7 @@ class Machine:
 
     @property
     def slides(self) -> np.ndarray:
-        """What the slides X Y Z stand at when their words are 0, mm, shape (3,); see `limits_of`."""
+        """The positions of the slides X Y Z when their words are 0, mm, shape (3,); see `limits_of`."""
         if self.limits_of == "words":
             return np.zeros(3)
         axis = np.array(self.tool_axis) / np.linalg.norm(self.tool_axis)
@@ -156,7 +156,7 @@ class Machine:
 
     @property
     def ends(self) -> np.ndarray:
-        """`limits` and what a joint may stand beyond them by rounding: the one place that says so."""
+        """`limits`, widened by what a joint may exceed them by rounding: the one place that says so."""
         return _widened(self.limits)
 
     @property

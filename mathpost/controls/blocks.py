@@ -9,7 +9,7 @@ import numpy as np
 from mathpost.path.modal import Remark
 
 DECIMALS = 4  # of positions, unless the control's file says so
-FEED = " F"  # what stands before a feed
+FEED = " F"  # precedes a feed
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,12 @@ class Blocks:
 
 
 def axis_word(name: str) -> str:
-    """What stands before the number of an axis: names of more than one letter take an equals sign."""
+    """The text before the number of an axis: names of more than one letter take an equals sign."""
     return f" {name}=" if len(name) > 1 else f" {name}"
 
 
 def printed(words: np.ndarray, decimals: int = DECIMALS) -> np.ndarray:
-    """Round words, in place, to the last digit that stands in a program; a zero has no sign."""
+    """Round words, in place, to the last digit that is printed in a program; a zero has no sign."""
     np.round(words, decimals, out=words)
     words += 0.0
     return words

@@ -1,9 +1,9 @@
-"""A measured positioning error as the table of a control, whose entries stand equally far apart.
+"""A measured positioning error as the table of a control, whose entries are equally spaced.
 
 Siemens: the Function Manual of the 840D, K3 (6FC5397). Fanuc: the parameter manual of the 0i (B-63980EN), pages 99
 and 100. Heidenhain: a table .COM, assigned in a file .CMA and switched on by MP730, has entries at a datum and
-every 2ⁿ × 0.0001 mm or degrees (TNC 407, technical manual, page 153). How its file is written and which sign it
-wants was not to be had: no file is made up here.
+every 2ⁿ × 0.0001 mm or degrees (TNC 407, technical manual, page 153). No description of its file format or of the
+sign was available, so no such file is written here.
 """
 
 from __future__ import annotations

@@ -68,10 +68,10 @@ class Control:
     foot: tuple[str, ...]  # and after them
     comment: str  # with {text} in it
     tool_length: str  # where it holds the length of the tool, as a comment at the head says it
-    replaced: dict[str, str]  # characters that a comment may not hold, and what stands for them
+    replaced: dict[str, str]  # characters that a comment may not hold, and what replaces them
     ascii: bool  # whether a comment holds no other letters
     longest: int | None  # characters of a line
-    number: str | None  # what stands before the number of a block; None: they have none
+    number: str | None  # the text before the number of a block; None: blocks have no numbers
     first: int  # number of the first block
     step: int  # from each to the next
     last: int | None  # after which numbering begins again
@@ -91,7 +91,7 @@ class Control:
     between_blocks: str  # what it does there: one of `BETWEEN_BLOCKS`
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
     block_time: str  # word for the seconds of a block, or nothing
-    compensation: str  # where its words stand, "before" or "behind" the positions
+    compensation: str  # the place of its words, "before" or "behind" the positions
     commands: dict[str, tuple[str, ...]]  # lines by command, see `COMMANDS`
     read: dict[str, str]  # word to meaning, see `mathpost.controls.meanings`
     whole_numbers: str  # what makes a number without a decimal point count as with one, or nothing if all do
@@ -205,7 +205,7 @@ class Words:
         return meaning, match[0], match.groups()[group : group + inside]
 
 
-# What may stand in a word of a control's file: a number, a name, the name of an axis, text within brackets or
+# What a word of a control's file may contain: a number, a name, the name of an axis, text within brackets or
 # quotes, and the rest of the line.
 FIELDS = {
     "": f"({NUMBER})",
@@ -261,7 +261,7 @@ def names() -> list[str]:
 
 
 def _with_line(path: Path, where: str) -> str:
-    """`where` with the line of the key that it names, if the key stands in this file."""
+    """`where` with the line of the key that it names, if the key is in this file."""
     key = re.search(r"key '([^']+)'", where)
     for number, line in enumerate(read_text(path).splitlines(), 1):
         if key and re.match(rf'\s*"?{re.escape(key[1])}"?\s*=', line):

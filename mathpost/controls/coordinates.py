@@ -25,7 +25,7 @@ POSITIONING = ("fanuc", "heidenhain", "siemens")
 
 @dataclass
 class Setup:
-    """What stands in the control's tables and not in the program."""
+    """The contents of the control's tables, which the program does not state."""
 
     # Origins by the word that calls them, mm, as in G55.
     offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
@@ -76,13 +76,13 @@ class Coordinates:
         return placed if self.plane is None else _point(self.plane.frame.inverse(), placed) - self.inner
 
     def exchange(self, machine: Machine) -> None:
-        """Take the machine with another tool or origin: its slides stand still, its words change."""
+        """Change the tool or the origin of the machine: its slides stay where they are, its words change."""
         slides = self.joints() + self.machine.slides
         self.machine = machine
         self.stand(slides - machine.slides, self.words[3:])
 
     def change(self, **state: Any) -> None:
-        """Switch TCP, a plane, a shift or a work offset: the machine stands still, its words change."""
+        """Switch TCP, a plane, a shift or a work offset: the machine does not move, its words change."""
         point, on_tip = self.resolved(self.words[:3]), self.on_tip
         for name, value in state.items():
             setattr(self, name, value)
@@ -96,7 +96,7 @@ class Coordinates:
         return self._converted(point, self.words[3:], to_tip=False) if self.on_tip else point
 
     def stand(self, joints: np.ndarray, angles: np.ndarray) -> None:
-        """Take joints X Y Z and rotary angles, degrees, for where the machine stands."""
+        """Set the machine's position: joints X Y Z and rotary angles, degrees."""
         self.words[3:] = angles
         point = self._converted(joints, angles, to_tip=True) if self.on_tip else joints
         self.words[:3] = self.expressed(point)
@@ -116,9 +116,9 @@ class Coordinates:
         return axis if self.plane is None else self.plane.frame.inverse().rotation @ axis
 
     def angles_for(self, plane: Plane, rule: str, **choice: Any) -> np.ndarray:
-        """Return the rotary angles, degrees, that a control goes to for a plane from where its axes stand.
+        """Return the rotary angles, degrees, that a control goes to for a plane, from the present angles.
 
-        `rule` is one of `POSITIONING`; axes that stand nobody knows where are taken to be at 0.
+        `rule` is one of `POSITIONING`; axes whose position is not known are taken to be at 0.
         """
         alignment, present = positioning.align(plane.frame, self.kin), np.nan_to_num(self.words[3:])
         choose: Callable = getattr(positioning, rule)

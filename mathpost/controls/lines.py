@@ -53,7 +53,7 @@ def tool_name(text: str) -> str:
 
 
 def templates(lines: Iterable[str]) -> re.Pattern[str]:
-    """An expression that the lines of the machine file fit, whatever name and tool stand in them."""
+    """A regular expression that matches the lines of the machine file, whatever name and tool they contain."""
     escaped = (re.escape(line.strip()) for line in lines)
     named = (line.replace(r"\{name\}", r"\w+") for line in escaped)
     fields = (re.sub(r"\\\{(tool|offset)\\\}", r"\\d+", line) for line in named)

@@ -1,8 +1,8 @@
 """What the words of a program may mean: the values in the [read] table of a control's file, and what they do.
 
-A function here takes the reader (`mathpost.controls.reader`), which keeps what holds, and the line that the word
-stands on. `MODES` hold at once, in the order of the line. `STATEMENTS` take the axes that the line names, when all
-of it is read. `NUMBERS` wait for a word that needs them.
+A function here takes the reader (`mathpost.controls.reader`), which keeps the modal state, and the line that the
+word is on. `MODES` apply at once, in the order of the line. `STATEMENTS` apply to the axes that the line names,
+when all of it is read. `NUMBERS` wait for a word that needs them.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ def _working_plane(reader: Lines, line: Line, text: str) -> None:
 
 
 def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
-    """The rotary axes go to the position that this control takes, the slides stand still."""
+    """The rotary axes go to the position that this control takes, the slides do not move."""
     joints, control = reader.at.joints(), reader.control
     _no_tcp(reader)
     if reader.at.plane is None:
@@ -238,7 +238,7 @@ NUMBERS = {
     "full turns",  # before it
     "sweep",  # degrees
 }
-# What is taken for granted where such a word stands, or where it is found, as the report says it.
+# What is assumed where such a word occurs, in the words of the report.
 ASSUMED = {
     "compensation": "the radius that line {line} ({word}) compensates is 0: X Y Z are taken for the tool's centre",
     "on arcs": "the rotary axes turn evenly in a block; by line {line} ({word}) the control takes the tool axis "

@@ -19,12 +19,12 @@ LINES = each(str), "a list of lines"
 
 @dataclass(frozen=True)
 class Arcs:
-    """How a control is told an arc or a helix."""
+    """How an arc or a helix is written for a control."""
 
     planes: dict[str, str]  # those that an arc may lie in, some of `PLANES`, and the word that selects each
     clockwise: str  # seen from the end of the axis square to the plane
     counterclockwise: str
-    begin: str  # what such a block begins with, where moves begin with a word; the sense stands behind then
+    begin: str  # what such a block begins with, where moves begin with a word; the sense then comes last
     centre: tuple[str, ...]  # words of the centre, counted from the start of the arc, of X, Y and Z
     pole: str  # or the word of a line before it that has the centre's coordinates
     helix: tuple[str, ...]  # what a helix begins with, and the word of its angle, if it has no end point
@@ -33,11 +33,11 @@ class Arcs:
 
 @dataclass(frozen=True)
 class Cycles:
-    """How a control is told drilling cycles, by `KINDS`; lines with the fields of `CYCLE_FIELDS`."""
+    """How drilling cycles are written for a control, by `KINDS`; lines with the fields of `CYCLE_FIELDS`."""
 
     kinds: dict[str, tuple[str, ...]]  # what begins a row of holes,
-    again: tuple[str, ...]  # what stands behind the position of each further hole,
-    off: tuple[str, ...]  # and behind the last
+    again: tuple[str, ...]  # what follows the position of each further hole,
+    off: tuple[str, ...]  # and of the last
     before: bool  # whether the row begins before the position of its first hole
     # How the control pecks: from where the first depth counts, "surface", "clearance" or nothing, if not known;
     # how far above the depth before the feed begins again, mm or "clearance"; how far chip breaking goes back, mm.
@@ -64,7 +64,7 @@ class Cycles:
 
 @dataclass(frozen=True)
 class Tilted:
-    """How a control is told a tilted plane that its rotary axes stand at already."""
+    """How a tilted plane is written for a control whose rotary axes are already in position."""
 
     notation: str  # of `mathpost.plane.tilted_plane.NOTATIONS`
     positioning: str  # words behind it
@@ -75,7 +75,7 @@ class Tilted:
 
 @dataclass(frozen=True)
 class WorkOffsets:
-    """How a control is told a work offset, by its number, from 1."""
+    """How a work offset is written for a control, by its number, from 1."""
 
     words: tuple[str, ...]  # of the first ones,
     further: str  # and of those behind them, with {0} in it; or nothing

@@ -67,7 +67,7 @@ def from_text(text: str, *, keep: str = "") -> Plane:
     """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
 
     Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over. `InputError` names the line where a
-    word is missing, doubled or not a number, or a second plane stands.
+    word is missing, doubled or not a number, or where a second plane begins.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def from_text(text: str, *, keep: str = "") -> Plane:
 
 
 def swivel(text: str) -> tuple[bool, int]:
-    """Whether a CYCLE800 leaves the slides where they stand, and its direction: −1, +1, or 0 where nothing turns.
+    """Whether a CYCLE800 leaves the slides where they are, and its direction: −1, +1, or 0 where nothing turns.
 
     Examples
     --------

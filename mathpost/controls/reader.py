@@ -36,17 +36,17 @@ class Program:
     blocks: Blocks  # n moves; X Y Z count from the machine file's origin
     lines: np.ndarray  # shape (n,), the line of the text that each move is on
     machines: list[tuple[int, Machine]]  # from which move on, the machine with the tool that it then has
-    skipped: dict[str, int]  # words that move no axis, by their kind: how often they stand there
-    assumed: tuple[str, ...]  # what was taken for granted, as sentences
+    skipped: dict[str, int]  # words that move no axis, by their kind: how often they occur
+    assumed: tuple[str, ...]  # what was assumed, as sentences
 
 
 def follow(
     text: str, machine: Machine, control: Control | str = "heidenhain", *, setup: Setup | None = None,
     name: str = "program",
 ) -> Program:  # fmt: skip
-    """Return what a program's text moves, as a `Program`; `setup` is what stands in the control's tables.
+    """Return the motion of a program's text, as a `Program`; `setup` holds the contents of the control's tables.
 
-    `InputError` names the line where a word is not known, the program's flow is not from line to line, or an offset
+    `InputError` names the line where a word is not known, the program does not run from line to line, or an offset
     or a length is needed that `setup` does not have.
     """
     lines = Lines(machine, control_for(machine, control), setup or Setup(), name)
@@ -108,7 +108,7 @@ class Lines(bulk.Reader):
         self.count = 0
 
     def _words_behind(self) -> tuple[str, str]:
-        """The words of rapid traverse and of seconds that stand behind the positions, or nothing."""
+        """The words of rapid traverse and of seconds that follow the positions, or nothing."""
         return "" if self.control.modal else self.control.rapid, self.control.block_time
 
     def columns(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -126,7 +126,7 @@ class Lines(bulk.Reader):
         return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2) & ~(value <= 0)
 
     def takes_plain(self) -> bool:
-        """Whether plain lines now are moves in mm on straight lines, as they stand."""
+        """Whether plain lines are, in the present modal state, straight moves in mm to the positions they state."""
         straight = self.motion in ("linear", "rapid") and not (
             self.cycle or self.everywhere or self.incremental or self.per_turn
         )
@@ -349,7 +349,7 @@ class Lines(bulk.Reader):
         self.at.stand(place[:3], place[3:])
 
     def turn_to(self, joints: np.ndarray, angles: np.ndarray) -> None:
-        """Turn the rotary axes, degrees, while the slides stand still; by printed digits they do not move."""
+        """Turn the rotary axes, degrees, while the slides stay at the positions they have in the printed digits."""
         if np.abs(angles - self.at.words[3:]).max() < curves.SAME_ANGLE:
             self.at.stand(joints, angles)
         else:

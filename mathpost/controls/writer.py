@@ -96,7 +96,7 @@ def _tool_list(control: Control, blocks: Blocks) -> list[str]:
 
 @dataclass
 class Said:
-    """What stands between the moves, and what it makes of them."""
+    """The lines between the moves, and how they change the moves."""
 
     lines: dict[int, list[str]]  # by the number of the move that follows, also behind the last
     anew: list[int]  # moves that state X Y Z, feed and modes anew: behind a change of the tool, a plane or a cycle
@@ -347,7 +347,7 @@ def _modes(
 
 
 def _rapid_and_times(control: Control, blocks: Blocks, timed: np.ndarray) -> list[Column]:
-    """What stands behind the positions, but for the feed. A time is rounded so that no block is too fast."""
+    """The words after the positions, except the feed. A time is rounded so that no block is too fast."""
     words = [] if control.modal else [Column(f" {control.rapid}", shown=blocks.rapid)]
     if control.block_time:
         seconds = np.where(timed, np.maximum(-_down(-blocks.seconds, 3), SHORTEST_TIME), 1.0)

@@ -154,8 +154,9 @@ def read(path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collect
     Raises
     ------
     InputError
-        With file and line: all statements that are wrong, hazardous or not known. Or if the file cannot be read,
-        holds no GOTO, or stops within one that lacks numbers of the one before, or `ignored` names a moving word.
+        If statements are wrong, hazardous or not known: it names them all, with file and line. Or if the file
+        cannot be read, has no GOTO, or ends in one that has fewer numbers than the one before it, or if `ignored`
+        names a word that moves the tool.
 
     Examples
     --------

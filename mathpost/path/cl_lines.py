@@ -94,7 +94,7 @@ class Lines(text.Reader):
         return stated.all(axis=0) | ~stated.any(axis=0)
 
     def take_plain(self, values: np.ndarray) -> None:
-        """Take plain records; NaN stands for the tool axis that holds."""
+        """Take plain records; a tool axis of NaN is the one that is in force."""
         numbers, count = values[1:], values.shape[1]
         numbers[:3] *= self.scale
         for row, before in zip(numbers[3:], self.axis, strict=True):

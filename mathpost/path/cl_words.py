@@ -1,10 +1,9 @@
 """The words of APT CL files, in three classes.
 
-Modelled words change the motion or the program, and do: a method ``on_word`` is called with what stands behind the
-slash of each. Those that move the tool are in `moves` and `holes`, those that the control is told in `orders`.
-Comments are names, displays and settings without motion. All others are hazardous: a file that has one is refused,
-because leaving it out could leave out or spoil a cut. Which words are of the last two classes, and what to do, is
-said in ``data/cl/words.toml``.
+Modelled words change the motion or the program here, too: a method ``on_word`` is called with the text after the
+slash. Words that move the tool are in `moves` and `holes`, commands to the control in `orders`. Comments are names,
+displays and settings without motion. All others are hazardous: a file that has one is refused, because ignoring it
+could drop or spoil a cut. ``data/cl/words.toml`` lists the words of the last two classes, and what to do then.
 
 Forms differ from system to system; they are those of NX (.cls), Creo (.ncl), CATIA (.aptsource) and SolidWorks.
 """

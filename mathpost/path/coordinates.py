@@ -7,15 +7,15 @@ SolidWorks CAM, ``TRNTYP/WORLD``
     lies. In the public files of one shop (github.com/aamorim1913/AptPostProcessor, 104 with former versions)
     the tool axis of 9,137 of the 9,185 six-number GOTOs is the third column of the matrix, the others lean a
     little from an upright one, and a face mill meets its stock only so. The post-processor kept beside them,
-    which made the parts, rotates each GOTO into the frame of that column. Three numbers stand where the tool
-    points along that Z, anew after every CSYS. Without TRNTYP nothing says which it is: one upright CSYS for
-    the whole file is no matter, any other is refused.
+    which made the parts, rotates each GOTO into the frame of that column. A GOTO of three numbers means that the
+    tool points along that Z, anew after every CSYS. Without TRNTYP nothing says whose coordinates a GOTO is in: a
+    single upright CSYS for the whole file makes no difference, any other is refused.
 NX, ``MSYS/``
     Origin, X and Y of the machining coordinate system in the part; GOTO and tool axis are in it (ICAM, MSYS9:
     "convert the 9-parameter MSYS command matrix from Unigraphics format to a standard matrix format"). ``CSYS/``
     without TRNTYP as above.
 Autodesk's post for DMG MORI's MfgSuite, ``MCSYS/NUM``
-    The number of a work offset, and behind POINT, VECTOR, VECTOR the origin, X and Y of a plane in its coordinates;
+    The number of a work offset, and after POINT, VECTOR, VECTOR the origin, X and Y of a plane in its coordinates;
     GOTO and tool axis are in the plane (its source writes `workOffset`, `workOrigin` and `workPlane` of an
     operation). Without a plane they are in the coordinates of the work offset.
 Creo, ``$$-> CSYS / …``
@@ -24,10 +24,10 @@ Creo, ``$$-> CSYS / …``
     with tool axes, so MULTAX/ON. Three-axis steps may be in the sequence's (COORDINATE_OUTPUT): if the system turns
     between them they are refused; if it moves, the report says what was assumed.
 CATIA, ``$$*CATIA0``
-    The three comments behind it are the rows that place the machining axis system in the part. A file has one, and
-    whatever it is GOTO and tool axis are in one system; a second one that differs is refused.
+    The three comments after it are the rows that place the machining axis system in the part. A file has one, and
+    whatever it is, GOTO and tool axis are in one system; a second one that differs is refused.
 ``ROTABL``
-    The points that follow are in coordinates that stand still while a table turns the part: see `turn_table`.
+    The points that follow are in coordinates that do not turn with the table and the part: see `turn_table`.
 """
 
 from typing import Any, NoReturn

@@ -174,7 +174,7 @@ def derivative(machine: Machine, start: np.ndarray, end: np.ndarray, order: int)
 
 
 def levers(machine: Machine) -> float:
-    """All offsets of a machine end to end, mm: besides X Y Z, no point is further from a rotary axis."""
+    """All offsets of a machine end to end, mm: apart from X Y Z, no point is further from a rotary axis."""
     head = 0 if isinstance(machine.programmed_point, str) else np.abs(machine.programmed_point).sum()
     pivots = sum(np.abs(rotary.point).sum() for rotary in machine.rotary)
     return np.abs(machine.origin).sum() + 2 * (machine.tool_length + pivots) + head

@@ -64,7 +64,7 @@ class Holes(Moves):
         self.cycle = Cycle(kind, **given)
 
     def parts_of_a_cycle(self, words: list[str]) -> tuple[dict[str, float], float, bool]:
-        """What stands in a cycle, in mm and seconds, and its feed in mm and whether that is per turn."""
+        """The parameters of a cycle, in mm and seconds, its feed in mm, and whether that is per turn."""
         given, feed, per_turn = {}, self.modal.feed, self.modal.per_turn
         while words:
             word, *words = words

@@ -1,4 +1,4 @@
-"""What holds in CL data until a word changes it, and what the control is told to do between two moves."""
+"""The modal state of CL data, and the commands to the control between two moves."""
 
 import math
 import re
@@ -26,7 +26,7 @@ class Command:
     skip: bool = False  # whether the operator may have it left out (OPSKIP)
 
 
-Remark = tuple[int, str | Command]  # the number of the record that follows, and what stands before it
+Remark = tuple[int, str | Command]  # the number of the record that follows, and the text or command before it
 
 
 @dataclass

@@ -48,9 +48,9 @@ class Moves(Orders):
         return [value * self.scale for value in values]
 
     def settle(self) -> None:
-        """Be sure before a move in whose coordinates it is.
+        """Settle, before a move, whose coordinates it is in.
 
-        After MULTAX/OFF and after every CSYS the tool stands along Z, until a word says otherwise.
+        After MULTAX/OFF and after every CSYS the tool points along Z, until a word says otherwise.
         """
         if self.coordinates.unsettled:
             if assumed := self.coordinates.settle():
@@ -303,7 +303,7 @@ class Moves(Orders):
             self.point = None  # nobody has said it in these coordinates
 
     def on_rotabl(self, words: list[str]) -> None:
-        """The table turns, and the points that follow are in coordinates that stand still while the part turns.
+        """The table turns, and the points that follow are in coordinates that do not turn with the part.
 
         SolidWorks writes TABLE, and radians from the zero of the table. Others write degrees, from the zero with
         ATANGL.

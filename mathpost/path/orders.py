@@ -39,7 +39,7 @@ SKIPPED = ("spindle", "coolant", "dwell", "stop", "optional stop", "verbatim")
 
 
 class Orders(Lines):
-    """Takes statements that do not move the tool; ``on_word`` takes what stands behind the slash of that word."""
+    """Takes statements that do not move the tool; ``on_word`` takes the text after the slash of that word."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -244,7 +244,7 @@ class Orders(Lines):
         self.modal.skip = words == ["ON"]
         self.remark()
 
-    # Words that stand in the program as they are
+    # Words that go into the program unchanged
 
     def insert(self) -> None:
         """APT writes the text of INSERT into the program as it is; SolidWorks, with a slash, its remarks."""

@@ -45,7 +45,7 @@ class Item:
 class Pattern:
     r"""What a plain line looks like: items in their order, and the end of the line, LF or CRLF.
 
-    With `blanks` these may stand before and behind numbers and behind literals.
+    With `blanks`, blanks are allowed before and after numbers and after literals.
 
     Examples
     --------

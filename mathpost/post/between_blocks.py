@@ -43,9 +43,9 @@ def axis_lag(
 def follow(kin: Kinematics, cl: CLData, motion: Motion, tolerance: float, *, free: ArrayLike = False) -> Motion:
     """Divide every move in cut that is not `free` until the tool axis keeps `tolerance` of its great circle.
 
-    Moves are halved on the great circle. Where it meets a singular tool axis there is a pose just before and one
-    just after it: the workpiece-side axis turns while the tool axis all but stands still. `ReachError` if the
-    joints do not go along the great circle, as where they change the branch.
+    Moves are halved on the great circle. Where it meets a singular tool axis, one pose is put just before and one
+    just after it: between them the workpiece-side axis turns while the tool axis hardly moves. `ReachError` if the
+    joints cannot follow the great circle, for example where they change the branch.
     """
     joints, place, kind = motion.joints, motion.place, motion.kind
     # An axis turned by Ω leaves its chord by at most Ω²/8, and so does the great circle: few need a closer look.
@@ -76,7 +76,7 @@ def follow(kin: Kinematics, cl: CLData, motion: Motion, tolerance: float, *, fre
 def _cuts(
     kin: Kinematics, start: np.ndarray, end: np.ndarray, start_axis: np.ndarray, end_axis: np.ndarray, still: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of which move each cut is, at which part of it, and the joints to go on from: those of an end, or of both."""
+    """Return the move that each cut divides, the fraction of it, and joints nearby: of an end, or the mean."""
     t, distance = singular.nearest(kin, start_axis, end_axis)
     aside = 2 * still / np.maximum(np.linalg.norm(end_axis - start_axis, axis=1), 1e-300)
     meets = distance < still

@@ -13,12 +13,12 @@ from mathpost.post.steps import Moves, Strokes, ToolPath
 
 
 class Draft:
-    """What becomes of the n blocks: X Y Z in other coordinates, several that become one, and what is said between.
+    """The n blocks as they will be written: X Y Z in other coordinates, some merged into one, with text between.
 
     Attributes
     ----------
     words : ndarray, shape (n, 5)
-        Of the blocks, those in a tilted plane in its coordinates.
+        Words of the blocks; in a tilted plane they are in its coordinates.
     starts : ndarray, shape (n, 3)
         X Y Z of each block in the coordinates of the one after it.
     frames : list of Frame or None
@@ -26,13 +26,13 @@ class Draft:
     kept, run : ndarray, shape (n,)
         Whether each is written as a block, and whether the control ends a move there.
     turns : dict
-        By the last row of each arc, what it is.
+        The arcs, by the last row of each.
     said : dict
-        By the row that follows, what is said before it.
+        The text and commands between blocks, by the row that follows.
     pecks : list of int
         Records that the control replaces by pecks of its own.
     strokes : list of Strokes
-        And these.
+        These pecks.
     """
 
     def __init__(self, path: ToolPath, moves: Moves, options: Options) -> None:
@@ -50,7 +50,7 @@ class Draft:
             self.said.setdefault(row, []).append(remark)
 
     def still(self, first: int, last: int) -> bool:
-        """Whether the rotary axes stand still from one row to another, and all moves between are in one plane."""
+        """Whether the rotary axes do not move from one row to another, and all moves between are in one plane."""
         same = all(frame is self.frames[last] for frame in self.frames[first + 1 : last])
         return same and not np.ptp(self.moves.blocks.words[first : last + 1, 3:], axis=0).any()
 

@@ -55,14 +55,14 @@ def cost(steps: np.ndarray, price: np.ndarray, slowest: bool) -> Any:
 def best_way(
     machine: Axes, path: Records, beginning: np.ndarray, greedy: bool
 ) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """Find the candidate of each record: with the fewest breaks on the way, and among those of the least cost.
+    """Find one candidate for each record so that the path has the fewest breaks, and then the least cost.
 
-    Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
+    Bellman's recursion: the best path to a candidate extends the best path to some candidate of the record before.
 
         best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
 
-    A candidate costs `beginning`, (s·w,), to begin with. If `greedy`, only the best candidate of each record is
-    kept: the shortest next move.
+    `beginning`, (s·w,), is the cost of beginning at each candidate. If `greedy`, only the best candidate of each
+    record is kept: the shortest next move.
 
     Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.

@@ -23,7 +23,7 @@ from mathpost.path.cl import CLData
 from mathpost.post.along import Off, along
 from mathpost.rotation import wrap
 
-MOST = 5  # explanations that are told
+MOST = 5  # explanations that are reported
 FIRST = 2000  # blocks that a hypothesis must explain before it is tried on all
 CANDIDATES = 40  # blocks of which one must be on the path, or at the first record for a shift
 BEHIND, AHEAD = 3, 64  # records before and behind the place of a program where its next block may be
@@ -324,7 +324,7 @@ def _near(case: Case, block: int, steps: np.ndarray, off: Off) -> np.ndarray:
 
 
 def _alike(number: str) -> list[str]:
-    """Numbers that differ in one digit, in the sign, in two digits exchanged, or in where the point stands."""
+    """Numbers that differ in one digit, the sign, the position of the point, or by two digits exchanged."""
     sign, digits = ("-", number[1:]) if number[0] == "-" else ("", number.lstrip("+"))
     plus = "+" if number[0] == "+" else ""
     found = ["-" + digits if not sign else plus + digits]

@@ -13,7 +13,7 @@ from mathpost.post.draft import Draft
 from mathpost.post.motion import ON_PART
 from mathpost.post.steps import Strokes
 
-SAME = 1e-3  # mm, between heights that are one, besides what is printed
+SAME = 1e-3  # mm, between heights that count as one, in addition to the printed digits
 OF_KINDS = {"DEEP": "deep", "DEEP2": "deep", "BRKCHP": "chips", "BORE": "bore", "REAM": "ream"}
 
 PECKED = ("deep", "chips")

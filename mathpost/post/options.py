@@ -57,7 +57,7 @@ class Passing:
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """All that a program depends on besides the CL data and the machine."""
+    """All that a program depends on apart from the CL data and the machine."""
 
     control: Control
     tcp: bool = False  # whether the control keeps the tip (M128, G43.4, TRAORI)

@@ -188,7 +188,7 @@ def _refuse_below_the_part(
 
 
 def _spread(points: np.ndarray) -> np.ndarray:
-    """The numbers of points that stand for all, one in each cube of a fifth of the body's radius; all of a few."""
+    """The indices of a sample of points, one in each cube of a fifth of the body's radius; of few points, all."""
     if len(points) <= MANY_POINTS:
         return np.arange(len(points))
     return np.sort(np.unique(np.round(points / (BODY / 5)), axis=0, return_index=True)[1])

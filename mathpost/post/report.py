@@ -129,7 +129,7 @@ def with_strokes(moves: Moves) -> tuple[Blocks, np.ndarray | None]:
         parts.append(stroke.parts)
         fast.append(stroke.rapid)
     row = np.concatenate(rows)
-    own = np.arange(len(row)) < len(blocks.words)  # the end of a row stands behind its strokes
+    own = np.arange(len(row)) < len(blocks.words)  # the end of a row comes after its strokes
     order = np.lexsort([np.arange(len(row)), own, row])
     row, part, rapid = row[order], np.concatenate(parts)[order][:, None], np.concatenate(fast)[order]
     made = blocks[row]

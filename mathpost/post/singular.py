@@ -45,7 +45,7 @@ def measure(kin: Kinematics) -> sp.Expr:
     """
     data = chain.Geometry.numbers(kin.machine)
     (workpiece_side, _, _), (tool_side, angle, sign) = chain.between(kin.machine)
-    # Seen from the body between the two axes, where both stand still and the tool turns about the tool-side one.
+    # Seen from the body between the two axes: both axes are at rest and the tool turns about the tool-side one.
     tool = about(data.axis[tool_side.name], sign * angle) * data.tool_axis
     return sp.simplify(tool.dot(data.axis[workpiece_side.name].cross(data.axis[tool_side.name])))
 

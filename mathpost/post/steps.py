@@ -332,7 +332,7 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
         degrees = np.r_[0.0, np.abs(np.diff(words[:, 3:], axis=0)).max(axis=1)]
         only_turns &= seconds > 0
         feeds = np.where(only_turns, 60 * degrees / np.where(only_turns, seconds, 1), feeds)
-    # A remark stands before the first block of the move to its record.
+    # A remark comes before the first block of the move to its record.
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
     blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)

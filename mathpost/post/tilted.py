@@ -1,6 +1,6 @@
-"""Operations whose rotary axes stand still at a position that is not 0, in the coordinates of a tilted plane.
+"""Operations whose rotary axes rest at a position that is not 0, in the coordinates of a tilted plane.
 
-The rotary axes have been turned by moves before. The plane is written only if the control, from where they stand,
+Earlier moves have turned the rotary axes. The plane is written only if the control, from their present position,
 takes this very position for it: then nothing turns, and the moves that follow are in the coordinates of the plane.
 """
 
@@ -55,7 +55,7 @@ def tilted(draft: Draft) -> None:
 
 
 def _tilt(draft: Draft, known: Tilted, first: int, stop: int) -> None:
-    """Write the moves behind row `first` in a plane, if the control takes where the rotary axes stand for it."""
+    """Write the moves after row `first` in a plane, if the control takes the position of the rotary axes for it."""
     kin, control = draft.path.kin, draft.options.control
     joints = draft.moves.motion.joints[first:stop]
     tips, axes = kin.forward(joints)

@@ -65,13 +65,13 @@ def time_law(
 ) -> TimeLaw:  # fmt: skip
     """Return the `TimeLaw` of a path whose joints (m, 5), mm and radians, run linearly from each row to the next.
 
-    `asked`, shape (m - 1,), are the seconds that feed and rates ask for each move, as `block_times` has them; one
-    that takes no time is passed over. An axis that states no acceleration follows at once. From one move to the
-    next the speed of an axis jumps, at most by what its acceleration makes of it in the time `settle`, seconds.
-    Poses that follow closer than that are a curve: there the jumps, spread over the moves, take their part of the
+    `asked`, shape (m - 1,), is the time of each move in seconds by feed and rates, as `block_times` returns it; a
+    move that takes no time is skipped. An axis that states no acceleration reaches its speed at once. From one move
+    to the next the speed of an axis may jump by as much as its acceleration would change it in `settle` seconds.
+    Poses closer in time than that form a curve: there the jumps, spread over the moves, use up part of the
     acceleration.
 
-    `halts`, shape (m,), says at which poses the machine stands still, `smooth` which are within an arc, no corners.
+    `halts`, shape (m,), says at which poses the machine stops, `smooth` which lie within an arc and are no corners.
 
     Examples
     --------
@@ -139,10 +139,11 @@ def tcp_times(kin: Kinematics, joints: np.ndarray) -> np.ndarray:
 
 
 def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndarray, np.ndarray]:
-    """Return what the blocks of a program ask: joints at their ends, (n, 5), and seconds of the moves, (n - 1,).
+    """Return the motion that a program asks for: joints at the block ends, (n, 5), and seconds per move, (n - 1,).
 
-    A rapid move takes what the slowest axis needs, one at feed the time of the tip besides, and a block that states
-    its time at least that. With TCP, where only rotary axes turn, F may be degrees a minute.
+    A rapid move takes as long as its slowest axis needs, a move at feed at least as long as the feed of the tip
+    asks, and a block that states its time at least that time. With TCP, where only rotary axes turn, F may be
+    degrees per minute.
     """
     joints = joints_of(kin, blocks)
     at_feed = ~blocks.rapid[1:]
@@ -236,7 +237,7 @@ def corners(
     return speed, bend, squares
 
 
-# The loops run as they stand, or as machine code if Numba compiles them.
+# The loops run as plain Python, or as machine code if Numba compiles them.
 
 
 def climbed(
@@ -286,9 +287,10 @@ def driven(
 
 
 def slow_down(record: ArrayLike, seconds: ArrayLike, asked: ArrayLike) -> SlowDown | None:
-    """Return the record that costs the tip most time above what its feed asks, with seconds asked and taken.
+    """Return the record at which the tip loses most time against its feed, with the seconds asked and taken.
 
-    Of each move `record` is the one that it leads to, `seconds` what it takes, `asked` what its feed asks, or NaN.
+    For each move, `record` is the record it leads to, `seconds` the time it takes, `asked` the time by its feed, or
+    NaN.
     """
     record, seconds, asked = np.asarray(record), np.asarray(seconds), np.asarray(asked)
     fed = ~np.isnan(asked)

@@ -22,7 +22,7 @@ from mathpost.post.singular import AXIS_TOLERANCE, CONE, from_pole
 from mathpost.post.time_law import asked_by, time_law
 
 SWING = 90.0  # degrees that a rotary axis turns in one block
-BETWEEN = (0.25, 0.5, 0.75)  # of a move, where travel is looked at besides its ends
+BETWEEN = (0.25, 0.5, 0.75)  # fractions of a move at which travel is checked, in addition to its ends
 SHOWN = 5  # lines of each kind in the report
 # Joints, tips and tool axes at the ends of the moves, and the kinematics of each.
 Simulated = tuple[np.ndarray, np.ndarray, np.ndarray, list[Kinematics]]
@@ -55,7 +55,7 @@ class Verified:
         return int(bool(self.outside) or off or (self.pace is not None and bool(self.pace.rapid)))
 
     def line(self, block: int) -> int:
-        """The line of the program's text that a block stands on."""
+        """The line number of a block in the program's text."""
         return int(self.program.lines[block])
 
     @property
