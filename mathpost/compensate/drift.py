@@ -31,14 +31,15 @@ class Update:
 class Tracker:
     """Recursive least squares for some errors of a machine, from tip readings at fixed poses.
 
-    `names` are the errors that drift, of those of `model`, an `ErrorModel`; `poses`, shape (poses, 5), the joints
-    at which every part is probed, mm and radians. `sigma` is the standard deviation of one reading, mm; `expected`
-    is how large the errors may be before anything is read, one number for all or one for each. `forgetting`, above
-    0, is the weight of a part's readings one part later; 1 averages over all parts. A reading is set aside beyond
-    `gate` standard deviations; an infinite gate believes everything.
+    `names` are the errors of `model`, an `ErrorModel`, that drift; `poses`, shape (poses, 5), the joints at which
+    every part is probed, mm and radians. `sigma` is the standard deviation of one reading, mm; `expected` is how
+    large the errors may be before anything is read, one number for all or one for each. `forgetting`, above 0, is
+    the weight of a part's readings one part later; 1 averages over all parts. A reading is set aside beyond `gate`
+    standard deviations; an infinite gate believes everything.
 
-    The estimate is `values`, mm and radians, and, if the errors stood still and `forgetting` is 1, `covariance`.
-    `InputError` if the poses cannot tell the errors apart: it says which, and which joint to move as well.
+    The estimate is `values`, mm and radians; `covariance` is its covariance if the errors do not change and
+    `forgetting` is 1. `InputError` if the poses cannot tell the errors apart: it says which, and which joint to
+    move as well.
 
     Examples
     --------

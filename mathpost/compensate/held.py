@@ -1,4 +1,4 @@
-"""Where RTCP holds a tool, and where the tool of a machine as it is stands: the chain, its numbers unknown."""
+"""Where RTCP believes the tool to be, and where it really is: the chain with unknown geometry."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,6 +1,6 @@
 """The errors of a machine: in its chain as symbols, and measured ones as figures from a TOML file.
 
-Between each joint's body and the one before it stands an *error frame*: a small displacement, turned by the roll,
+Between each joint's body and the one before it is an *error frame*: a small displacement, turned by the roll,
 pitch and yaw of the carried body. Six errors for each of the five joints and three squareness errors make 33
 symbols. A calibration gives each a constant, a table over the joint's position, or both: 30 functions, 3 squareness
 constants and 2 × 4 location constants of the rotary axes are the usual count of 41.
@@ -10,8 +10,8 @@ axes), the joint. EYX is the straightness of X along Y, ECC the angular position
 turn the path of Y and Z out of square. All are seen in the body before the joint, at a rotary joint's `point` and
 at a slide's own place; all move the *carried* body, table or tool. Displacements are mm, rotations radians.
 
-Bohez (source 001) has two groups of errors. In a file those that do not depend on position stand under [constant],
-the others in tables, each over the position of one joint::
+Bohez (source 001) has two groups of errors. In a file, the errors that do not depend on position are listed under
+[constant], the others in tables, each over the position of one joint::
 
     name = "…"
     source = "…"
@@ -28,7 +28,7 @@ the others in tables, each over the position of one joint::
     interpolation = "spline"          # or "linear"
 
 Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is
-taken to be where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
+taken to be where the ideal machine would have it: subtract any error that probing it on the machine has removed.
 """
 
 from __future__ import annotations
@@ -214,7 +214,7 @@ class MachineErrors:
 
 
 def table_position(machine: Machine, joints: np.ndarray, joint: int) -> np.ndarray:
-    """Where a joint stands, as a table over its position has it: degrees, or mm in machine coordinates."""
+    """The position of a joint as its tables count it: degrees, or mm in machine coordinates."""
     return np.rad2deg(joints[..., joint]) if joint > 2 else joints[..., joint] + machine.origin[joint]
 
 

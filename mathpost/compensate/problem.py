@@ -1,9 +1,10 @@
 """All readings of a machine as one least-squares problem: what they say, and what nobody measured.
 
-The chain of `mathpost.chain`, its numbers unknown, predicts all readings. What no reading determines, squareness
-of the slides, positioning errors of axes without a laser, tilts that stand in for an offset, is sought like the
-rest, with a reading of its own: nothing ± a standard uncertainty, [unmeasured] in data/measurements/methods.toml.
-Where the readings determine it, they overrule that; where they do not, it is in the uncertainty of all the rest.
+The chain of `mathpost.chain`, with unknown numbers, predicts all readings. Unknowns that no method reads directly
+(squareness of the slides, positioning errors of axes without a laser, tilts that can stand in for an offset) are
+estimated like the rest, each with an assumed reading of 0 ± a standard uncertainty: [unmeasured] in
+data/measurements/methods.toml. Where the readings determine such an unknown, they outweigh that assumption; where
+they do not, it adds to the uncertainty of all the rest.
 """
 
 from __future__ import annotations
@@ -260,10 +261,11 @@ class Problem:
         return scipy.stats.f.sf(max(ratio, 0), free[1] - free[0], free[0]) < SHOWN
 
     def _told_apart(self) -> tuple[dict[str, list[str] | None], set[int]]:
-        """Which unknowns the readings tell from those before them: names to what they are not told from, indices.
+        """Which unknowns the readings determine, given those before them, and which they do not.
 
-        Where a ball stands and what the laser has seen come first, then the geometry in the order of `unknowns`.
-        What has a reading of its own need not be told apart.
+        Returns a dict from the name of each one left open to those that explain it, None if it leaves no trace, and
+        the indices of the unknowns to estimate. The positions of balls and the unknowns of the laser come first,
+        then the geometry in the order of `unknowns`. An unknown with a reading of its own is always estimated.
         """
         matrix, geometry = self.linear[2], len(self.names)
         free = [n for own in (*self.entries, *self.places) for n in range(own.start, own.stop)]
@@ -323,7 +325,7 @@ class Problem:
     def _along(
         self, block: Readings, joints: np.ndarray, place: int, x: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
+        """The distance of the ball from the tip along each reading's direction; its derivatives by all unknowns."""
         values = dict(zip(self.names, x[self.geometry], strict=True))
         slides, actual, paths, shares = joints[:, :3] + self.machine.origin, joints.copy(), {}, []
         for name in SQUARENESS:

@@ -1,9 +1,9 @@
 """Readings of a dial, a probe, a ball, a ballbar, a laser: files, brought to one form whatever the method.
 
-All but the laser see the same thing: where the tool stands against a point of the workpiece that the control, with
-the machine file's geometry, believes to hold. `Readings` say at which joints, for which point, along which
-direction. A line ``# start = X Y Z`` says from where their places count, if not from the machine's zero. `template`
-prints a file for each method to fill in; the methods are in data/measurements/methods.toml.
+All but the laser see the same thing: the position of the tool relative to a point of the workpiece at which the
+control, with the machine file's geometry, believes the tool to be. `Readings` say at which joints, for which point,
+along which direction. A line ``# start = X Y Z`` says from where their positions count, if not from the machine's
+zero. `template` prints a file for each method to fill in; the methods are in data/measurements/methods.toml.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
 @dataclass(frozen=True)
 class Readings:
-    """The n readings of one file: how far the point `target` + ball stands from the tool along `direction`."""
+    """The n readings of one file: the distance of the point `target` + ball from the tool along `direction`."""
 
     where: str
     method: str
@@ -63,7 +63,7 @@ class Readings:
     zeroed: bool  # whether each has an unknown zero, too
     sigma: float  # standard deviation of a reading, NaN if the file does not say it
     order: np.ndarray  # when each was taken, from 0 to 1, (n,)
-    rows: tuple  # where each stands: line and column
+    rows: tuple  # where each is in the file: line and column
     freedom: float = np.inf  # its degrees of freedom
     notes: tuple = ()  # sentences on the file
     doubts: tuple = ()  # and on what is wrong with it
@@ -202,7 +202,7 @@ def _readings(table: Table, machine: Machine, method: str) -> Readings:
     rows, reference, sign = np.tile(np.arange(count), len(columns)), None, 1
     if method in SIGNS:
         sign = table.choice("positive", SIGNS[method])
-    if method in PROBED:  # the slides stand where they were read: there nothing is left between ball and tool
+    if method in PROBED:  # the slides are where they were read: there nothing is left between ball and tool
         for name in columns:
             joints[:, "xyz".index(name)] = values[name] - machine.origin["xyz".index(name)]
             values[name] = np.zeros(count)
@@ -231,7 +231,7 @@ def _readings(table: Table, machine: Machine, method: str) -> Readings:
 
 
 def _check_travel(table: Table, machine: Machine, joints: np.ndarray, length: np.ndarray, column: str) -> None:
-    """Refuse poses at which a slide would stand outside its travel; of a file without x y z, in `column`.
+    """Refuse poses at which a slide would be outside its travel; `column` is named for a file without x y z.
 
     Where only tables turn, the tool's length matters to nothing else: if the file does not state it, travel along
     the tool is not judged.
@@ -258,7 +258,7 @@ def _directions(
     table: Table, machine: Machine, method: str, columns: list[str], axis: Rotary | None, target: np.ndarray,
     turn: np.ndarray,
 ) -> dict[str, np.ndarray]:  # fmt: skip
-    """The direction, (3,) or (rows, 3), along which each column reads how far the ball stands from the tool."""
+    """The direction, (3,) or (rows, 3), along which each column reads the distance of the ball from the tool."""
     directions = {name: np.eye(3)["xyz".index(name[-1])] for name in columns if name[-1] in "xyz"}
     if method == "dial":
         directions["dial"] = -turn @ location_errors(_needed(axis, table, machine))[1][:, 0]
@@ -287,7 +287,7 @@ def _repeated(table: Table) -> tuple[str, ...]:
 
 
 def copied(blocks: Sequence[Readings]) -> Iterator[str]:
-    """Yield the doubt that a file raises whose readings stand, every one, in a file before it."""
+    """Yield a doubt about each file whose readings are all found in an earlier file."""
     seen: dict[str, set[tuple[float, ...]]] = {}
     for block in blocks:
         rows = np.column_stack([block.joints, block.target, block.direction, block.value]).tolist()
@@ -318,7 +318,7 @@ def _needed(axis: Rotary | None, table: Table, machine: Machine) -> Rotary:
 
 
 def _angles(table: Table, machine: Machine, method: str, axis: Rotary | None) -> np.ndarray:
-    """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned stood at 0."""
+    """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned was at 0."""
     columns = [(n, each.name) for n, each in enumerate(machine.rotary) if each.name in table]
     columns += [(machine.rotary.index(_needed(axis, table, machine)), "angle")] if "angle" in table else []
     if len(dict(columns)) < max(1, len(columns)):

@@ -1,6 +1,6 @@
-"""What of a calibration goes where in a control, with its uncertainty, and in which order that is safe.
+"""Which results of a calibration are entered where in a control, with their uncertainty, and in which safe order.
 
-What each control wants, and what that rests on, is in its file in data/controls. What is said of KinematicsOpt is
+The entries of each control, and their sources, are in its file in data/controls. Statements about KinematicsOpt are
 from Heidenhain's cycle programming manual, 340 49x-05.
 """
 
@@ -63,7 +63,7 @@ def terms(calibration: Calibration) -> str:
 
 
 def _tables(calibration: Calibration) -> Iterator[str]:
-    """What Siemens needs besides a positioning table, in the names of machine axes."""
+    """What Siemens needs in addition to a positioning table, in the names of machine axes."""
     for each in calibration.positioning:
         name = calibration.machine.joint_names[each.joint]
         count = len(each.at) + 1

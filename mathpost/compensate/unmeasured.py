@@ -58,7 +58,7 @@ class Shown:
 
 
 def shown(problem: Problem, solution: Solution) -> dict[str, Shown]:
-    """What of the unmeasured stands out of its uncertainty: by squareness, joint, or file that drifts."""
+    """How large each error that was assumed to be 0 came out, by squareness, joint, or file that drifts."""
     full = np.zeros((problem.count, problem.count))
     full[np.ix_(solution.kept, solution.kept)] = solution.covariance
     sums: list[tuple[str, slice, np.ndarray]] = []  # names, and sums of the unknowns of a slice, (n, unknowns)

@@ -50,9 +50,9 @@ def refuse_absurd(found: Calibration) -> None:
 
 
 def left_out(problem: Problem, solution: Solution, found: Calibration) -> list[str]:
-    """The note on what each unknown would move by if one reading were left out: the most, in its own U.
+    """The note on how far an unknown would move, at most and in its own U, if one reading were left out.
 
-    Of a linear problem that needs no second estimate (Belsley, Kuh and Welsch, Regression Diagnostics, 1980, 2.1).
+    In a linear problem this needs no second estimate (Belsley, Kuh and Welsch, Regression Diagnostics, 1980, 2.1).
     """
     names = [name for name in found.values if name not in found.assumed]
     count = problem.rows[len(problem.blocks) - 1].stop if problem.blocks else 0

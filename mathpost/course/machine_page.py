@@ -81,7 +81,7 @@ def reach(kin: Kinematics) -> list[str]:
 
 
 def around(kin: Kinematics) -> tuple[str, str]:
-    """Return what stands above and below the machine, both HTML."""
+    """Return the contents of the page above and below the machine, both HTML."""
     machine, rows = kin.machine, []
     units = ["mm"] * 3 + ["°"] * len(machine.rotary)
     limits = zip(machine.limits * machine.units[:, None], units, strict=True)

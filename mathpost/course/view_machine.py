@@ -135,7 +135,7 @@ def walk(
 
 
 def _about(kin: Kinematics) -> dict[str, Any]:
-    """What the browser needs of a machine besides its printed functions."""
+    """What the browser needs to know of a machine in addition to its printed functions."""
     derived, limits = kin.inverse_symbolic, (kin.machine.limits * kin.machine.units[:, None]).round(9).tolist()
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
     about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}

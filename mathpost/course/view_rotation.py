@@ -136,9 +136,9 @@ def notations(angles: Sequence[float] = (40.0, 50.0, 30.0)) -> Live:
 def cut_corner(frame: Frame, final: Sequence[float]) -> Live:
     """A cube with its zero in the middle of the top face and the corner (+, +, top) cut off, and a frame there.
 
-    The hole stands where the drawing wants it, the drill on the frame that turns.
-    Sliders I, J, K (ZXZ) turn a frame at the origin of `frame`, that of the face. They start at the `final` angles,
-    degrees; buttons go there turn by turn.
+    The hole is where the drawing asks for it, the drill is on the frame that turns. Sliders I, J, K (ZXZ) turn a
+    frame at the origin of `frame`, the frame of the face. They start at the `final` angles, degrees; buttons go
+    there turn by turn.
     """
     side, cut, symbols = 60.0, 45.0, sp.symbols("I J K", real=True)
     half = side / 2
@@ -155,7 +155,7 @@ def cut_corner(frame: Frame, final: Sequence[float]) -> Live:
     rim = solid.ring(frame.point([HOLE, 0, 0]), frame.z, 3.0, 25)
     rim = np.concatenate([rim, rim[:1]])
     drawn.lines.append(Line("bed", [rim], "#000000", 2.0, over=True))
-    up = np.array([0.0, 0.0, 1.0])  # the drill stands along the z of the turned frame, its point 4 mm above it
+    up = np.array([0.0, 0.0, 1.0])  # the drill is along the z of the turned frame, its point 4 mm above it
     drill = [(0.0, 4.0), (3.0, 6.0), (3.0, 26.0), (5.0, 26.0), (5.0, 40.0), (0.0, 40.0)]
     drawn.solids.append(Turned("feature", _DRILL, drill, np.array([HOLE, 0.0, 0.0]), up))
     drawn.lines.append(Line("feature", [square], _TOOL, 1.6, over=True))

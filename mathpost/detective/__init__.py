@@ -1,6 +1,6 @@
 """Which convention gives this number? Someone's result in, the misreadings that explain it out, the simplest first.
 
-Read `explanation` first (what is told, and of what), then `misreadings`, which enumerates them for Euler angles,
+Read `explanation` first (what explanations consist of), then `misreadings`, which enumerates them for Euler angles,
 and `euler_angles.explain`, which tries them all. `rotations` compares triples, quaternions and matrices;
 `rotary_axes.explain_joints` explains the rotary angles of a machine, `positions` its tip and its X Y Z, with
 `causes`: the catalogue of what people mix up, and how often.

@@ -42,10 +42,10 @@ class Setup(Misread):
 
     machine: Machine
     links: tuple[str, ...]  # names, from the workpiece to the tool
-    values: dict[sp.Symbol, float]  # what stands for the symbols of `mathpost.chain.Geometry`
+    values: dict[sp.Symbol, float]  # the values of the symbols of `mathpost.chain.Geometry`
     tool: np.ndarray  # the tip from the nose at rotary zero, turned with the heads, mm
     unturned: np.ndarray  # the same, but not turned
-    source: tuple[int, ...]  # which rotary word stands for each joint
+    source: tuple[int, ...]  # which rotary word is used for each joint
     factor: tuple[float, ...]  # what it is multiplied by
     zero: tuple[float, ...]  # and what is added, degrees
     order: tuple[int, ...] = (0, 1, 2)  # where the entries of the answer come from
@@ -129,7 +129,7 @@ def _links(machine: Machine) -> tuple[dict[str, Callable], tuple[sp.Symbol, ...]
     entries = [entry for entry in chain.Geometry.symbols(machine).flat() if entry.is_Symbol]
     symbols = tuple(dict.fromkeys(entries))
     arguments = (*chain.joint_symbols(machine), *symbols)
-    # The tool's own link is left out: `Setup.tool` stands for it.
+    # The tool's own link is left out: `Setup.tool` replaces it.
     return {link.name: numeric(link.matrix, arguments) for link in chain.links(machine, True)[:-1]}, symbols
 
 

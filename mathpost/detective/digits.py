@@ -11,7 +11,7 @@ from mathpost.errors import InputError
 def written_decimals(values: ArrayLike) -> int:
     """Return the greatest number of digits after the point that any of `values` (strings or numbers) shows.
 
-    Of a float thirteen digits count, so that the rounding of a sum such as 35.707 + 360 does not.
+    Thirteen digits of a float count, so that the rounding of a sum such as 35.707 + 360 does not.
     """
     most = 0
     for value in np.asarray(values, dtype=object).ravel():

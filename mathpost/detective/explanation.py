@@ -1,4 +1,4 @@
-"""What an explanation is: misreadings, each a set of slips, of which the simplest that give the answer are told."""
+"""Explanations of an answer: the simplest misreadings, each a set of slips, that give this answer."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Every way to misread a rotation by three Euler angles, enumerated and evaluated, and what is said of one.
+"""Every way to misread a rotation by three Euler angles, enumerated, evaluated and put into words.
 
 A misreading is a set of slips; the right way has none. It has two parts. The *wording* says how the product is
 made: which of the two recipes of source 000, in what order, of active or passive elements, with which signs,
 transposed or not, the point as a column or as a row. The 768 wordings come to 48 different products. The *factors*
-say what stands in it, and what is done to the point and to the answer: a slip changes the right ones.
+say what the product is made of, and what is done to the point and to the answer: a slip changes the right ones.
 """
 
 from __future__ import annotations
@@ -121,10 +121,10 @@ class Wording(Misread):
 
 @dataclass(frozen=True)
 class Factors(Misread):
-    """What stands in the factors of the first, second and third rotation, and what is done to point and answer."""
+    """The angles and axes of the first, second and third rotation, and what is done to point and answer."""
 
     axes: str
-    source: tuple[int, ...] = (0, 1, 2)  # which angle stands there
+    source: tuple[int, ...] = (0, 1, 2)  # which angle is used there
     kept: tuple[bool, ...] = (True, True, True)
     meaning: tuple[str, ...] = ("degrees",) * 3
     angle_decimals: int | None = None  # None if not rounded

@@ -1,4 +1,4 @@
-"""Why does the tip stand there? A tip or words X Y Z that somebody's chain gave, and the causes that give the same.
+"""Why is the tip there? A tip or words X Y Z that somebody's chain gave, and the causes that give the same.
 
 Forward, the joints are known and the tip is somebody's; backward, the tip and the rotary words are known and X Y Z
 are somebody's. Each of `causes.causes` is tried alone, then every two together.

@@ -312,7 +312,7 @@ def _index(branch: Sequence[int]) -> str:
 
 
 def _axis_misreadings() -> Iterator[tuple[list[Slip], list[int], np.ndarray]]:
-    """Misreadings of the tool axis: slips, which component stands in which place, and their signs."""
+    """Misreadings of the tool axis: slips, which component is in which place, and their signs."""
     for components, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
         moved = [COMPONENTS[n] for n in range(3) if components[n] != n]
         lost = [f"the sign of {COMPONENTS[n]} is lost" for n in range(3) if signs[n] < 0]

@@ -60,7 +60,7 @@ class Arrangement:
     lines: dict[str, np.ndarray] = field(
         default_factory=dict
     )  # joint → ends of its axis (2, 3), in its body's coordinates
-    plate: np.ndarray = field(init=False)  # the bed's corners (8, 3), once it stands
+    plate: np.ndarray = field(init=False)  # the bed's corners (8, 3), once it is placed
     retreat: float = 0.0  # mm, how far the tool's slides go back at most when the rotary axes turn about the tip
 
     def hull(self, body: str, shade: str, *corners: np.ndarray) -> None:
@@ -123,7 +123,7 @@ def placing(machine: Machine) -> Callable[[ArrayLike], dict[str, np.ndarray]]:
 def arrange(kin: Kinematics, cl: CLData | None = None, part: Part | None = None) -> Arrangement:
     """Lay out the `Arrangement` of a machine, the workpiece fitted to the path `cl` if there is one.
 
-    A `Part` stands on it in place of the sketch of a blade.
+    A `Part` replaces the sketch of a blade.
     """
     machine = kin.machine
     size = _size(machine, cl)
@@ -161,7 +161,7 @@ def _size(machine: Machine, cl: CLData | None) -> float:
 
 
 def _workpiece(size: float, cl: CLData | None, part: Part | None) -> tuple[np.ndarray, np.ndarray]:
-    """Opposite corners of the workpiece in its frame; a path lies on its top, a blade or a part stands on it."""
+    """Opposite corners of the workpiece in its frame; a path, a blade or a part is on its top."""
     if part is not None:
         foot = part.rings[0]
     elif cl is not None:

@@ -143,7 +143,7 @@ def machine(
     for name, ends in made.lines.items():
         colour = COLOUR["tool side" if name == tool_side else "workpiece side"]
         scene.lines.append(Line(name, [ends], colour, 2.2, dash=name == tool_side, halo=True, over=True))
-        # The turntable's name stands under it, not on the workpiece.
+        # The turntable's name is written under it, not on the workpiece.
         scene.labels.append(Label(name, ends[0 if [name] == tables[-1:] else 1], name, colour))
     arm = 0.42 * made.size
     corner = [*made.plate.min(axis=0)[:2], made.plate[:, 2].max()]

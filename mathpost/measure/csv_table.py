@@ -9,10 +9,10 @@ reading to a line::
     0,16,4,table warm
 
 Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
-or with semicolons, tabs, bars or spaces and decimal commas; with lines before the column names and behind the
+or with semicolons, tabs, bars or spaces and decimal commas; with lines before the column names and after the
 readings, commas at the ends of lines, columns of times, temperatures, numbers and remarks. `Table.notes` say what
-was not read. Columns may have the names of data/measurements/words.toml. A unit may stand behind a column's name,
-``x (µm)``, in a line of units below the names, or in every cell of a column.
+was not read. Columns may have the names of data/measurements/words.toml. A unit may follow a column's name,
+``x (µm)``, or be given in a line of units below the names, or in every cell of a column.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ Row = tuple[int, list[str]]  # the number of a line, and its cells
 class Table(dict[str, Any]):
     """Columns of a CSV file by name: float arrays, shape (rows,), or lists of strings, and what else the file says.
 
-    `lines` are those that the rows came from, `header` is where the columns' names stand. `settings` is what
-    comments such as ``# unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``. `notes` are
+    `lines` are the line numbers of the rows, `header` is that of the column names. `settings` holds the values of
+    comments such as ``# unit = µm``, and under ``"unit x"`` the unit in a column's name, ``x (µm)``. `notes` are
     sentences on what was not read.
     """
 
@@ -59,7 +59,7 @@ class Table(dict[str, Any]):
         self.notes: tuple[str, ...] = ()
 
     def where(self, row: int, name: str) -> str:
-        """Say where the entry of `row` (from 0) in column `name` stands."""
+        """Say where in the file the entry of `row` (from 0) in column `name` is."""
         return f"{self.path}, line {self.lines[row]}, column {name!r}"
 
     def refuse(self, expected: str, found: str | None = "") -> NoReturn:
@@ -73,7 +73,7 @@ class Table(dict[str, Any]):
                 self.refuse(expected, f"no {name!r}")
 
     def choice(self, key: str, choices: dict[str, Any]) -> Any:
-        """Return what of `choices`, a dict, a setting names."""
+        """Return the value in `choices`, a dict, that a setting names."""
         said = self.settings.get(key)
         if said not in choices:
             self.refuse(f"a line # {key} = {' or '.join(choices)}", said and repr(said))
@@ -129,7 +129,7 @@ class Table(dict[str, Any]):
         return size
 
     def obey_units(self, names: Iterable[str]) -> None:
-        """Bring columns to mm or degrees from a unit that stands behind their names."""
+        """Convert columns to mm or degrees from the unit that follows their names."""
         for name in names:
             measures, size = measure(self.settings.get(f"unit {name}", ""))
             if measures:
@@ -244,7 +244,7 @@ def parse(
 
 
 def _cells(line: str, mark: str) -> list[str]:
-    """The cells of a line between marks; a blank is one that stands before no bracket."""
+    """The cells of a line between marks; a blank counts as a mark unless a bracket follows it."""
     if mark == " ":
         return re.split(r"\s+(?![(\[（])", line.strip())
     if mark == "|":
@@ -260,7 +260,7 @@ def _header(lines: Sequence[tuple[int, str]], known: Names) -> tuple[int, str]:
             names = _cells(line, mark)[:WIDEST]
             if len({known.find(cell)[0] for cell in names} - {None}) >= min(2, len(known.wanted)):
                 return index, mark
-        names = _cells(line, " ")[:WIDEST]  # a sentence may name two columns as well, but no numbers stand below it
+        names = _cells(line, " ")[:WIDEST]  # a sentence may name two columns as well, but has no numbers below it
         if len(names) > 1 and {known.find(cell)[0] for cell in names} - {None}:
             below = [_cells(text, " ") for _, text in lines[index + 1 : index + 3]]
             if any(len(cells) == len(names) and all(map(_reads, cells)) for cells in below):
@@ -293,7 +293,7 @@ def _obey_units_below(table: Table, names: Sequence[str], rows: list[Row]) -> li
 
 
 def _obey_unit_in_cells(table: Table, name: str) -> None:
-    """Take the unit that stands in every cell of a column for the column's."""
+    """Take the unit in every cell of a column for the column's."""
     cells = [cell.translate(MINUS)[:LONGEST] for cell in table[name]]
     found = [re.fullmatch(rf"({NUMBER}(?:[eE][-+]?\d+)?)\s*(\D.*)", cell) for cell in cells]
     read = [each for each in found if each]
@@ -316,7 +316,7 @@ def _text(path: Path | str) -> str:
     if content.startswith(b"PK\x03\x04"):
         raise InputError(str(path), "text (a workbook? save its sheet as CSV)", "a packed file")
     marked = content.startswith((b"\xff\xfe", b"\xfe\xff"))
-    # Chinese letters are two bytes of which the second is high, too, in all but rare ones; µ and ° stand alone.
+    # Chinese letters are two bytes of which the second is high, too, in all but rare ones; µ and ° are single.
     eastern = re.search(rb"[\x81-\xfe]{2}", content)
     encodings = ("utf-16",) if marked else ("utf-8-sig", "gb18030" if eastern else "cp1252")
     for encoding in encodings:

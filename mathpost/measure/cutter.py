@@ -100,7 +100,7 @@ def compensated(tip: ArrayLike, normal: ArrayLike, axis: ArrayLike, old: Cutter,
 
 
 def stock_left(normal: ArrayLike, axis: ArrayLike, old: Cutter, new: Cutter, *, longer: float = 0.0) -> np.ndarray:
-    """Return how much material stands on the surface if `new` runs the CL data of `old`; negative is a gouge.
+    """Return how much material is left on the surface if `new` runs the CL data of `old`; negative is a gouge.
 
     The result, shape (...), is mm along the normal: exact on a plane, else to first order in the difference of
     cutters. `longer`, shape (...), is by how much the new tip lies further from the spindle than believed, mm.
@@ -111,11 +111,11 @@ def stock_left(normal: ArrayLike, axis: ArrayLike, old: Cutter, new: Cutter, *, 
 
 
 def tip_shift(kin: Kinematics, joints: ArrayLike, longer: float, told: str, *, degrees: bool = False) -> np.ndarray:
-    """Return where the tip of a tool that is `longer`, mm, goes in the part, minus where it should: (..., 3), mm.
+    """Return the displacement, in the part, of the tip of a tool that is `longer`, mm: (..., 3), mm.
 
     `kin` is a `mathpost.kinematics.Kinematics`; `joints`, shape (..., 5), were made for the old tool. `told` is
     what the control knows: ``"tcp"``, the new length, with TCP; ``"length offset"``, the new length without TCP, so
-    that it moves the slides back along the tool as it stands at rotary zero (G43); or ``"nothing"``.
+    that it moves the slides back along the tool's direction at rotary zero (G43); or ``"nothing"``.
     """
     joints = np.asarray(joints, dtype=float)
     _, axis = kin.forward(joints, degrees=degrees)

@@ -81,12 +81,12 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A procedure: what it reads, as formulas of what is set and what is sought; mm and radians.
+    """A measuring procedure: its readings as formulas of its settings and its unknowns; mm and radians.
 
     `unknowns` and `settings` are real sympy symbols; the first setting is an angle, which is stepped. `readings`
-    takes a name to an expression in both. `more` is what could be done besides, words to the settings that it would
-    change, ``{setting: expression}``: the diagnosis of too few readings proposes from these. Readings beyond
-    `largest`, mm, are suspected to be in another unit.
+    maps a name to an expression in both. `more` maps descriptions of further steps to the settings that they would
+    change, ``{setting: expression}``: where readings are too few, the diagnosis proposes some of these. Readings
+    beyond `largest`, mm, are suspected to be in another unit.
 
     Examples
     --------
@@ -275,7 +275,7 @@ def least_squares(
         jacobian = derivatives / sigmas[:, None]
         lengths = _lengths(jacobian)
         q, r = np.linalg.qr(jacobian / lengths)
-        if np.abs(r.diagonal()).min() <= SINGULAR:  # what of a column those before it do not explain
+        if np.abs(r.diagonal()).min() <= SINGULAR:  # the part of a column that the ones before it do not explain
             break
         inverse = np.linalg.inv(r) / lengths[:, None]
         step = inverse @ (q.T @ ((readings - predicted) / sigmas))
@@ -295,9 +295,9 @@ def check_told_apart(
     otherwise: str,
     offer: str = "{}",
 ) -> None:
-    """Raise `InputError` if readings leave unknowns open: it says which, and what of `further` would tell them.
+    """Raise `InputError` if readings leave unknowns open: it says which, and which of `further` would help.
 
-    `matrix`, shape (readings, unknowns), holds the derivatives of the readings. `further` takes words, for `offer`,
+    `matrix`, shape (readings, unknowns), holds the derivatives of the readings. `further` maps words, for `offer`,
     to a function that returns more rows.
     """
     if not (missing := undetermined(matrix, names)):
@@ -318,7 +318,7 @@ def undetermined(matrix: np.ndarray, names: Sequence[str]) -> list[list[str]]:
     _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
     # The projector on the null space: 1 on the diagonal for an unknown without a trace, less for one that others
-    # can stand in for, 0 for one that is determined. Off the diagonal: by which.
+    # can stand in for, 0 for one that is determined. Off the diagonal: which others.
     projector = np.abs(vt[rank:].T @ vt[rank:])
     groups: dict[int, list[str]] = {}
     if rank < len(names):

@@ -89,7 +89,7 @@ def ball(rotary: Rotary) -> Measurement:
     Settings: `angle` as programmed, and `x`, `y`, `z` of the ball at angle zero, in the machine (on a head: the
     tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control believes it.
     Unknowns: the axis' location errors against `rotary`, which is what the control has: EX0C, EY0C, EA0C, EB0C for
-    C. The ball must stand where `x`, `y`, `z` say; `mathpost.compensate.calibrate` seeks its place, too.
+    C. The ball must be exactly at `x`, `y`, `z`; `mathpost.compensate.calibrate` estimates its position, too.
     """
     _, plane = square_to(rotary)
     errors, place = sp.symbols(location_errors(rotary)[0], real=True), sp.symbols("x y z", real=True)
@@ -114,10 +114,10 @@ def rtcp_zero() -> Measurement:
     """The tip of a head tilted by ±ψ under RTCP, with two tool lengths: the head's zero angle and its pivot.
 
     Settings: `angle` ψ of the head, positive when the tip swings towards positive `lateral`, and the pivot-to-tip
-    length `L` that the control believes. Readings, zeroed at ψ = 0: `axial`, from the tip to the pivot as the tool
-    stands at ψ = 0, and `lateral`, square to it in the plane of tilt. Unknowns: `alpha`, where the head stands when
-    it shows zero; `dy`, by which the spindle passes beside the pivot; `dL`, by which the tip is further from the
-    pivot than believed. With one length `alpha` and `dy` do the same to the tip.
+    length `L` that the control believes. Readings, zeroed at ψ = 0: `axial`, along the direction from tip to pivot
+    at ψ = 0, and `lateral`, square to it in the plane of tilt. Unknowns: `alpha`, the true angle of the head when
+    it shows zero; `dy`, by which the spindle axis misses the pivot; `dL`, by which the tip is further from the
+    pivot than believed. With one length, `alpha` and `dy` have the same effect on the tip.
     """
     alpha, dy, dl, length = sp.symbols("alpha dy dL L", real=True)
     nominal, true = sp.Matrix([0, -length, 0]), sp.Matrix([dy, -(length + dl), 0])
@@ -159,7 +159,7 @@ def location_errors(rotary: Rotary) -> tuple[list[str], np.ndarray]:
 
 
 def corrected(rotary: Rotary, errors: dict[str, float]) -> Rotary:
-    """Return `rotary` with its location errors, which stand among `errors`: a dict, mm and radians."""
+    """Return `rotary` with its location errors, taken from `errors`: a dict, mm and radians."""
     names, plane = location_errors(rotary)
     if not set(names) & set(errors):
         raise InputError("errors", f"some of {', '.join(names)}", ", ".join(errors))

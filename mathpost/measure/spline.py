@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, ReachError, as_array
 
-ROUNDING = 1e-9  # by which a position may stand beyond the ends
+ROUNDING = 1e-9  # by which a position may be beyond the ends
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,8 @@ UNITS = {
     ("mrad",): ("angle", 1e-3),
     ("µrad", "μrad", "urad"): ("angle", 1e-6),
 }  # fmt: skip
-LONGEST = 80  # letters of a name or a number that is looked at
-APART = " _-./:"  # what stands between the words of a name
+LONGEST = 80  # characters of a name or a number that are read
+APART = " _-./:"  # characters between the words of a name
 
 
 def measure(stated: str) -> tuple[str | None, float]:
@@ -76,7 +76,7 @@ class Names:
         self.words |= {word.casefold(): name for word, name in (also or {}).items()}
 
     def find(self, cell: str) -> tuple[str | None, str | None]:
-        """Return the name that a cell of the header means, None if none, and the unit that stands behind it."""
+        """Return the name that a cell of the header means, None if none, and the unit that follows it."""
         if len(cell) > LONGEST:
             return None, None
         name, unit = bracket(cell)
@@ -116,7 +116,7 @@ class Names:
 
 
 def bracket(cell: str) -> tuple[str, str | None]:
-    """A column's name and what stands in brackets behind it."""
+    """A column's name, and the text in brackets after it."""
     found = re.fullmatch(r"(.*?)\s*(?:[(\[（](.*)[)\]）])?", cell, re.DOTALL)
     return (found[1], found[2]) if found else (cell, None)
 

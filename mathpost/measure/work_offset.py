@@ -44,7 +44,7 @@ class NewDatum:
     """What `p9795` returns."""
 
     after: np.ndarray  # the point after the turn, shape (3,), machine mm
-    angles: dict[str, float]  # degrees by axis, which must be programmed besides
+    angles: dict[str, float]  # degrees by axis, which must also be programmed
     block: str  # the NC block that stores the point
 
 
@@ -54,8 +54,8 @@ def ab_table(
     """Return the rotary axes of a horizontal machining centre's table, from the bed outwards.
 
     `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along X
-    and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
-    that the table turns against the programmed angle, as ISO 841 has it.
+    and B along Y. `order` is ``"AB"`` if A is mounted on the bed and carries B, ``"BA"`` if B carries A; `iso` says
+    that the table turns against the programmed angle, as in ISO 841.
     """
     if sorted(order) != ["A", "B"]:
         raise InputError("order", '"AB" or "BA"', repr(order))

@@ -1,4 +1,4 @@
-"""Where a machine can stand for one tool tip and tool axis, and which of these positions each control takes."""
+"""The positions of a machine for one tool tip and tool axis, and which of them each control takes."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def positions(
 ) -> list[Position]:
     """Return every `Position` that puts the tip at `tip` and the tool along `axis`, those inside travel first.
 
-    Both branches, in all whole turns inside travel; those nearest to the rotary angles `present` come first,
-    degrees, by default 0. At the pole the workpiece-side axis stands where it is. A branch outside travel is given
+    Both branches, in all windings inside travel; the positions nearest to the rotary angles `present`, degrees, by
+    default 0, come first. At the pole the workpiece-side axis stays where it is. A branch outside travel is given
     once, with the reason. `ReachError` if no position makes the tool axis.
 
     Examples

@@ -1,10 +1,10 @@
 """The rotary angles that bring the tool onto a tilted plane, and which of the two positions a control takes.
 
-`align` finds both positions, and what is then left between feature and machine. Each control's documented rule
-takes the `Alignment` and where the k rotary axes stand, shape (k,), and returns the `Solution` where they go; it
-raises `ReachError` where no position is within travel, with the limits. Positions are rotary angles in degrees, in
-the order of the machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where
-the axis stands, within travel; an endless axis then shows it in (−180, 180], which is the same place.
+`align` finds both positions, and the rotation that is then left between feature and machine. Each control's
+documented rule takes the `Alignment` and the present angles of the k rotary axes, shape (k,), and returns the
+`Solution` that they go to; where no position is within travel it raises `ReachError` with the limits. Positions are
+rotary angles in degrees, in the order of the machine file. A control is assumed to take the winding within travel
+that is nearest to the present angle; an endless axis then shows it in (−180, 180], which is the same position.
 """
 
 from __future__ import annotations
@@ -83,10 +83,10 @@ class Alignment:
     )  # the rotary angles of both, shape (2, 2), degrees; where they are one, both are it; or (1, 1)
     workpiece_side: int  # which of the rotary angles is that of the axis next to the workpiece
     tool_side: int  # and next to the tool, the same where there is one
-    free: bool  # the workpiece-side axis is parallel to the feature's Z and may stand anywhere; it is given at 0
+    free: bool  # the workpiece-side axis is parallel to the feature's Z and its angle arbitrary; it is given as 0
 
     def at(self, angles: ArrayLike) -> Solution:
-        """Return the `Solution` at these rotary angles, degrees, whether or not the tool then stands on Z."""
+        """Return the `Solution` at these rotary angles, degrees, whether or not the tool is then along Z."""
         angles = np.asarray(angles, dtype=float)
         workpiece, tool = machine_frames(self.machine, [0, 0, 0, *angles], degrees=True)
         slides = workpiece.rotation.T
@@ -140,7 +140,7 @@ def align(feature: Frame, machine: Machine | Kinematics) -> Alignment:
 
 
 def beyond_travel(machine: Machine, angles: Iterable[float]) -> str:
-    """Say which rotary axis cannot stand at its angle (degrees), nor whole turns from it; empty if all can."""
+    """Say which rotary axis can reach its angle (degrees) in no winding; empty if all can."""
     for rotary, angle in zip(machine.rotary, angles, strict=True):
         if np.isnan(rotary.nearest_turn(angle)):
             low, high = np.degrees(rotary.limits)
@@ -190,13 +190,13 @@ def heidenhain(
 ) -> Solution:
     """Choose as Heidenhain's PLANE does: SEQ or SYM by the master axis, otherwise by travel and shortest path.
 
-    The master is the first rotary axis from the tool. The manual does not say how a path is measured nor what
-    breaks a tie: here √(Δ₁² + Δ₂²), and of two equal paths the one with the higher master angle, which is the
-    manual's example.
+    The master is the first rotary axis from the tool. The manual says neither how a path is measured nor what
+    breaks a tie: here its length is √(Δ₁² + Δ₂²), and of two equal paths the one with the higher master angle is
+    taken, as in the manual's example.
 
     One of `seq` and `sym` may be ``"+"`` or ``"-"``: the master above or below 0, or above or below its `symmetry`
     point, degrees; where that is not within travel the control says "Entered angle not permitted". `rot` is
-    ``"COORD"``, which leaves a free table axis where it stands and turns the coordinates, or ``"TABLE"``, which
+    ``"COORD"``, which leaves a free table axis where it is and turns the coordinates, or ``"TABLE"``, which
     turns the axis until the feature's X is the spindle's.
     """
     if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
@@ -251,7 +251,7 @@ def _choose(
     left, reasons = [], []
     for solution in alignment.solutions:
         angles = solution.angles.copy()
-        if alignment.free:  # it stays where it stands, or turns until ρ is 0: one degree shows which way ρ goes
+        if alignment.free:  # it stays where it is, or turns until ρ is 0: one degree shows which way ρ goes
             angles[alignment.workpiece_side] = 1.0
             slope = np.sign(wrap(alignment.at(angles).rho - solution.rho))
             angles[alignment.workpiece_side] = (

@@ -1,7 +1,7 @@
 """One tilted working plane in every control's notation.
 
 A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numbers of one notation, in degrees as
-they stand in an NC program.
+in an NC program.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def page(found: Verified, kin: Kinematics) -> str:
 
 
 def _origins(texts: Iterable[str]) -> tuple[tuple[float, ...] | None, dict[str, tuple[float, ...]]]:
-    """The origin that stands without a name, and those of work offsets by their words."""
+    """The origin given without a name, and the origins of work offsets by their words."""
     origin, offsets = None, {}
     for text in texts:
         name, _, numbers = text.rpartition("=")
@@ -108,7 +108,7 @@ def _origins(texts: Iterable[str]) -> tuple[tuple[float, ...] | None, dict[str, 
 
 
 def _start(text: str, setup: Machine) -> dict[str, float]:
-    """Where axes stand, by name."""
+    """The positions of axes, by name."""
     found = {}
     for word in filter(None, text.upper().replace("=", "").split(",")):
         name = next((name for name in setup.joint_names if word.startswith(name)), "")

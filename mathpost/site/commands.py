@@ -103,7 +103,7 @@ def _options(name: str) -> list[Option]:
 
 
 def _option(action: argparse.Action) -> Option:
-    """What the help says of an argument."""
+    """An argument as the help describes it."""
     values = action.metavar or ("" if action.choices or action.nargs == 0 else action.dest.upper())
     values = " ".join(values) if isinstance(values, tuple) else values
     words = f"{', '.join(action.option_strings)} {values}".strip()

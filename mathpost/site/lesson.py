@@ -23,7 +23,7 @@ from mathpost.errors import InputError
 TEMPLATES = Path(__file__).parent / "templates"
 GUESS = re.compile(r"^Write a guess in the place of None.*\n?", re.MULTILINE)  # there is nothing to run in a page
 NOTEBOOK = re.compile(r"""((?:\]\(|href=["'])[^)"':\s]+)\.ipynb(?=[)"'#])""")
-OF_JUPYTER = re.compile(r"\A<style>.*?</style>", re.DOTALL)  # of a panel; in a page a style stands in the head
+OF_JUPYTER = re.compile(r"\A<style>.*?</style>", re.DOTALL)  # of a panel; in a page a style belongs in the head
 QUOTED = re.compile('"([^"]+)"')
 
 
@@ -46,7 +46,7 @@ class Lesson:
 
     @property
     def short(self) -> str:
-        """The title without what stands in parentheses."""
+        """The title without the text in parentheses."""
         return re.sub(r"\s*\([^)]*\)$", "", self.title)
 
 

@@ -24,7 +24,7 @@ def modules(cells: Iterable[str]) -> list[str]:
 
 
 def _imported(source: str) -> set[str]:
-    """The modules of the package that a cell imports; a cell that is no Python as it stands imports none."""
+    """The modules of the package that a cell imports; none if the cell is not valid Python."""
     try:
         tree = ast.parse(source)
     except SyntaxError:

@@ -1,6 +1,6 @@
 """What the search finds: every page divided at its headings, as one script that a browser loads from a disk.
 
-No words are made of the text: the page looks for what was typed as it stands, so that 五轴 and ``--axis-tolerance``
+The text is not split into words: the page looks for exactly what was typed, so that 五轴 and ``--axis-tolerance``
 are found inside longer words.
 """
 
@@ -15,7 +15,7 @@ SILENT = {"script", "style", "svg", "nav", "annotation"}
 
 @dataclass
 class Section:
-    """What stands between one element with an id and the next."""
+    """The text between one element with an id and the next."""
 
     anchor: str  # the id
     heading: str

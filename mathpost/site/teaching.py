@@ -8,7 +8,7 @@ from mathpost.course.exercise import EXERCISES
 from mathpost.detective.causes import CAUSES
 from mathpost.site.lesson import Lesson
 
-MARK = "<!-- mix-ups -->"  # where the tables stand in TEACHING.md
+MARK = "<!-- mix-ups -->"  # the place of the tables in TEACHING.md
 
 
 def mixups(lessons: Iterable[Lesson]) -> str:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Case:
-    """What section 1.2 says of the tilting angle of one record."""
+    """The case of section 1.2 that applies to the tilting angle of one record."""
 
     number: int  # 1: |θ| is outside travel, or NaN. 2: one sign is inside, equation (5). 3: both, the smaller step
     size: float  # |θ|, radians
@@ -61,7 +61,7 @@ class Turn:
 
 
 def cases(kin: Kinematics, cl: CLData, prefer: int) -> list[Case]:
-    """Return the `Case` of each record; that before the first is taken to stand at 0.
+    """Return the `Case` of each record; before the first, the tilting angle is taken to be 0.
 
     `prefer`, 1 or -1, is the sign of the dominant range (优势区间) of the tilting axis, for case (2) and the ties
     of case (3). `InputError` if the two solutions of the machine are not opposite angles.

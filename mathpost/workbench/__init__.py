@@ -2,8 +2,8 @@
 
 A panel is made from the options of its command, so that an option has one name, one unit and one help, and what is
 new there is new here. Read `options` (an option as a control), `run` (a process that can be stopped), `panel`, then
-`text_panel`, whose commands are shown by what they print, and `post_panel`, `check_panel`, `calibrate_panel`. A
-panel writes only where it is told to. `spline_panel` is no command: it belongs to lesson 06b.
+`text_panel`, for commands whose result is the text they print, and `post_panel`, `check_panel`, `calibrate_panel`.
+A panel writes only to files that the user names. `spline_panel` is no command: it belongs to lesson 06b.
 """
 
 from importlib import import_module

@@ -25,7 +25,7 @@ SHIPPED = {  # files that come with the package, by the option that takes them
     "vectors": "measurements/*head.csv",
     "path": "workbooks/*.xlsx",
 }
-NAMED: dict[str, Callable[[], list[str]]] = {  # what a name stands for, or a file of one's own
+NAMED: dict[str, Callable[[], list[str]]] = {  # names to choose from, besides a file of one's own
     "CONTROL": control.names,
     "TASK": lambda: ["zxz", "sequence", "nc"],
 }
@@ -37,7 +37,7 @@ STYLE = {"description_width": LABEL}
 
 
 class Option:
-    """A control for one option: `box` is shown, `words` are what would stand on the command line."""
+    """A control for one option: `box` is shown, `words` are its words on a command line."""
 
     def __init__(self, action: argparse.Action, value: Any = None) -> None:
         self.action = action
@@ -86,7 +86,7 @@ class Option:
 class FileOption(Option):
     """A control for a file, or several: dropped, by its path, or the name of one that comes with the package.
 
-    A value that is a dictionary, name → text, stands for files that are there already: those that a lesson draws.
+    A value that is a dictionary, name → text, holds files that are there already: those drawn in a lesson.
     """
 
     shipped: dict[str, Path]  # that come with the package, by name

@@ -19,7 +19,7 @@ from mathpost.workbench.run import Made, Run
 
 SENTENCE = "Run this cell: it needs Python."
 STYLE = Path(__file__).parent / "panel.css"
-# Where there is no Python, the sentence shows, and not what JupyterLab says of a widget that it cannot find.
+# Where there is no Python, the sentence is shown instead of JupyterLab's message on a widget that it cannot find.
 WITHOUT_PYTHON = """.jp-OutputArea:has(.mathpost-panel:not(.jupyter-widgets-disconnected)) .mathpost-sentence,
 .jp-OutputArea:has(.mathpost-sentence) .jp-OutputArea-child + * .jp-OutputArea-output:not(:has(*)),
 .mathpost-panel.jupyter-widgets-disconnected { display: none }
@@ -101,7 +101,7 @@ class Panel(Shown):
         return self.options[name]
 
     def words(self, folder: Path) -> list[str]:
-        """Return the command line that the controls stand for; files that it needs are written into `folder`."""
+        """Return the command line that the controls make; files that it needs are written into `folder`."""
         return [self.command, *(word for each in self.options.values() for word in each.words(folder))]
 
     def start(self) -> None:

@@ -37,9 +37,9 @@ class Made:
 class Run:
     """A process that runs ``work(options, say, folder)``, and the folder for what it needs, which goes with it.
 
-    `words` stand on the command line of the shell; what the work says with ``say(...)`` is passed to `told`, each
-    time, and from time to time nothing is. `result` is a `Made`, or the sentence of an error, or None if it was
-    stopped.
+    `words` are the words of the command line in the shell. `told` is called with everything that the work says with
+    ``say(...)``, and from time to time with nothing. `result` is a `Made`, or the sentence of an error, or None if
+    the run was stopped.
     """
 
     def __init__(self, work: Callable) -> None:

@@ -40,7 +40,7 @@ class SplinePanel(Shown):
         self.prove()
 
     def cubic(self) -> Motion:
-        """Return the motion through the region that the controls stand for."""
+        """Return the motion through the region that the controls describe."""
         into, out = map(_virtual_time, self.dt, self.slopes)
         place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, self.region, self.n.value, dt=(into, out))
         return Motion.on_part(joints, place)

@@ -196,7 +196,7 @@ def _by_values(graph: Graph, found: Recognised) -> FileReport:
 def _explainer(
     graph: Graph, statuses: Mapping[Place, str], reason: Callable[[Place, str | None], list[str]]
 ) -> Callable[[str], list[str]]:
-    """The function that says of a cell, by its address, which rule judged it."""
+    """The function that takes the address of a cell and says which rule judged it."""
 
     def explain(text: str) -> list[str]:
         (place, *_) = graph.named("why", text).places
@@ -226,7 +226,7 @@ def _report(
 
 
 def _ready_cells(graph: Graph, turning: Collection[Place] = ()) -> str:
-    """The option that says where angles, point and result stand, filled with what looks like them."""
+    """The option that says where angles, point and result are, filled with cells that look like them."""
     along: dict[tuple[Place, int, int], list[Place]] = {}
     for n, place in product((1, 2), graph.component):
         along.setdefault((graph.component[place][0], n, number_along(place, n)), []).append(place)

@@ -45,7 +45,7 @@ wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset
 CHINESE = dict(pair.replace("_", " ").split("=") for pair in IN_CHINESE.split())
 
 
-Row = tuple[str, ...]  # what a `Summary` says of a file
+Row = tuple[str, ...]  # the row of a file in a `Summary`
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def _marked(report: FileReport, out: Path) -> str:
 
 
 def row_of(report: FileReport) -> tuple[str, str, str, str, str]:
-    """Return what a row of a `Summary` says of a file, without its name."""
+    """Return the row of a file in a `Summary`, without its name."""
     first = report.faults[0] if report.faults else None
     why = first.message if first else "; ".join(report.seen[: report.verdict == UNCLEAR])
     if report.not_checked:

@@ -18,7 +18,7 @@ STATUS_COLOUR = {RIGHT: "#c6efce", WRONG: "#ffc7ce", CONSEQUENCE: "#ffeb9c", UNC
 
 @dataclass(frozen=True)
 class Judgement:
-    """One cell: address, ``"right"``, ``"wrong"``, ``"consequence"`` or ``"unclear"``, and what stands there."""
+    """One cell: address, ``"right"``, ``"wrong"``, ``"consequence"`` or ``"unclear"``, and its contents."""
 
     cell: str
     place: Place

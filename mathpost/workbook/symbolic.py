@@ -27,7 +27,7 @@ EXACT = {
 
 
 def symbolic(path: str | PathLike[str], cells: str, symbols: Mapping[str, sp.Symbol]) -> sp.Matrix:
-    """Return cells of a spreadsheet as a matrix of what their formulas are, however many cells they pass through.
+    """Return cells of a spreadsheet as a matrix of expressions, through however many cells their formulas pass.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def symbolic(path: str | PathLike[str], cells: str, symbols: Mapping[str, sp.Sym
     cells : str
         An address such as ``"E20:G22"`` or ``"Sheet1!J20"``.
     symbols : dict
-        Address of an input → sympy symbol that stands for it.
+        Address of an input → its sympy symbol.
 
     Returns
     -------

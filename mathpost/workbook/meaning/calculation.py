@@ -1,4 +1,4 @@
-"""What some cells ought to be: the inputs of a calculation by their roles, its results, what may stand between."""
+"""A calculation: its inputs by their roles, the required results, and the values that may occur in between."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ LARGEST_RADIANS = 6.3  # an angle beyond a turn in radians is in degrees
 class Calculation:
     """Inputs and results are places.
 
-    `known` holds, by their number, what may stand in so many cells together on the way, each of shape
-    (cells, samples): matrices in 9 or 16, vectors in 3 or 4, cosine and sine in 2.
+    `known` takes a number of cells to the values that so many cells may hold together on the way to the results,
+    each of shape (cells, samples): matrices in 9 or 16 cells, vectors in 3 or 4, cosine and sine in 2.
     """
 
     results: Line
@@ -59,7 +59,7 @@ class Calculation:
 
     @property
     def entries(self) -> list[np.ndarray]:
-        """What may stand in one cell."""
+        """The values that one cell may hold."""
         return [entry for known in self.known.values() for k in known for entry in k]
 
     def draw(self, rng: np.random.Generator, units: dict[Place, float]) -> Values:
@@ -68,14 +68,14 @@ class Calculation:
         return {p: rng.uniform(-limits.get(p, 60), limits.get(p, 60), SAMPLES) for p in self.given}
 
     def prepare(self, values: Values, units: dict[Place, float]) -> None:
-        """Compute what must stand in the results at the samples in `values`, and what may stand on the way."""
+        """Compute, at the samples in `values`, the required results and the values that may occur on the way."""
         raise NotImplementedError
 
     def unround(self, inputs: Values) -> None:
-        """Make of the sheet's own inputs, at the first sample, what their digits stand for."""
+        """Replace the sheet's own inputs, at the first sample, by the exact values that their digits round."""
 
     def should_be(self, places: Iterable[Place], expected: np.ndarray) -> None:
-        """Set the targets: what must stand in `places`, shape (len(places), samples)."""
+        """Set the targets: the required values of `places`, shape (len(places), samples)."""
         self.targets = dict(zip(places, expected, strict=False))
 
 
@@ -107,7 +107,7 @@ class Turn(Calculation):
         return drawn
 
     def prepare(self, values: Values, units: dict[Place, float]) -> None:
-        """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
+        """Compute, at the samples in `values`, what the sheet may hold: as 4×4, of which the 3×3 are a part."""
         self.radians = look(values, self.angles) * [units[p] for p in self.angles] * np.array(self.signs or 1)
         if self.angles and not self.axis:  # others are 0
             self.radians = np.pad(self.radians, ((0, 0), (0, 3 - len(self.angles))))
@@ -172,7 +172,7 @@ class Turn(Calculation):
         return [np.pad(each, ((0, 0), (0, 1), (0, 1))) + np.diag([0, 0, 0, 1.0]) for each in order]
 
     def scalars(self) -> Iterator[np.ndarray]:
-        """What may stand in one cell: cosine and sine of an angle and of its half, entries of quaternions."""
+        """The values that one cell may hold: cosine and sine of an angle and its half, entries of quaternions."""
         pairs = [np.array([np.cos(a), np.sin(a)]) for a in (*self.radians.T, *self.radians.T / 2)]
         yield from (entry for pair in pairs for entry in pair)
         yield from (entry for product in self.quaternions() for entry in product)

@@ -40,7 +40,7 @@ class Conversion(Calculation):
         return dict.fromkeys(self.results, 360 / self.unit)
 
     def prepare(self, values: Values, units: dict[Place, float]) -> None:
-        """Compute what must stand in the results at the samples, and what may stand on the way."""
+        """Compute, at the samples, the required results and the values that may occur on the way."""
         self.turn = Turn((), self.angles, sequence=self.sequence)
         self.turn.prepare(values, units)
         self.radians, self.known = self.turn.radians, self.turn.known

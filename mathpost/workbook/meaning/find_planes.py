@@ -1,7 +1,7 @@
 """Where a sheet calculates the angles of a tilted plane.
 
-Which cells are angles and which are directions is told by the formulas; which direction is which by labels, or
-else by what gives the most of the angles that are there. The sequence is the one that a text or the task names.
+The formulas show which cells are angles and which are directions. Labels say which direction is which; without
+labels, the assignment that gives most of the angles found is taken. A text or the task names the sequence.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _origin(graph: Graph, place: Place) -> Place:
 
 
 def _is_of_a_table(graph: Graph, line: Collection[Place], along: int) -> bool:
-    """Whether each of some angles is made of what stands in its row, or its column for `along` 2, as the next."""
+    """Whether each of some angles is calculated, like the next, from its own row, or its column for `along` 2."""
     leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in line}
     own = all({(q[0], q[along]) for q in found} == {(p[0], p[along])} for p, found in leaves.items())
     return own and (len({*map(graph.form, line)}) == 1 or all(len(found) > 1 for found in leaves.values()))

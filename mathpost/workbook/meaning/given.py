@@ -29,8 +29,8 @@ class Given:
 
     `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; `turning` go into a
     sine or cosine; `composed` are angles that a formula makes of other numbers. `windows` are matrices, row by row.
-    Of what is recognised, `angles` and `lengths` are inputs; the rotation is of the `sequence`, which `is_whole` or
-    has angles that are 0.
+    The recognised `angles` and `lengths` are inputs; the rotation is of the `sequence`, which `is_whole` or has
+    angles that are 0.
     """
 
     windows: list[Line]
@@ -137,7 +137,7 @@ class Given:
         return abs(zero) < 1e-9 and bool((abs(slopes - factors) < 0.02 * factors).any())
 
     def _is_meant_to(self, place: Place) -> bool:
-        """Whether a cell beside a formula of one cell passes on what stands as far from it."""
+        """Whether a cell next to a formula of one cell passes on the cell at the same offset from itself."""
         (source, *others), graph = self.graph.uses[place], self.graph
         for near in beside(place) if not others else ():
             other = offset(source, near[1] - place[1], near[2] - place[2])
@@ -182,7 +182,7 @@ class Given:
         return found
 
     def _in_typed_line(self, place: Place, whole: Line) -> bool:
-        """Whether a typed number among formulas is given, not typed over one: three of its kind stand in line."""
+        """Whether a typed number among formulas is given, not typed over one: three of its kind are in line."""
         if self._is_of_a_point(place):
             return True
         for n in (1, 2):  # three rows or columns side by side hold numbers only, as those of points
@@ -210,7 +210,7 @@ class Given:
         return place in self.turning
 
     def _is_of_a_point(self, place: Place) -> bool:
-        """Whether x, y and z stand right beside a typed number and two others of its row or column."""
+        """Whether x, y and z label a typed number and two others of its row or column."""
         if self._coordinate_beside(place) is None:
             return False
         lines = ([p for p in self.typed if (p[0], p[n]) == (place[0], place[n])] for n in (1, 2))

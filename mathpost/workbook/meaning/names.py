@@ -43,7 +43,7 @@ class Names(Vectors):
     def coordinate(
         self, place: Place, kinds: Collection[str] = ("coordinate", "outcome")
     ) -> tuple[int, ...] | None:
-        """Which coordinate a text says that stands before a number, in its row or column."""
+        """Which coordinate the text before a number, in its row or column, says it is."""
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
             before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))

@@ -1,8 +1,8 @@
-"""Where the columns of a table of NC words stand: told by what the numbers are, and by headings where that is open.
+"""Where the columns of a table of NC words are: by their numbers, and by headings where these leave it open.
 
 The tool axis is three columns from which the machine's inverse makes two others, the rotary words; the tip, if
-there is one, is three columns that go with these to X Y Z. So neither order nor sheet matters, nor columns of
-something else.
+there is one, is three columns that together with these make X Y Z. So neither the order nor the sheet matters, nor
+do columns of something else.
 """
 
 from __future__ import annotations
@@ -61,12 +61,12 @@ class Table:
     counters: Line = ()
     left: tuple[Ends, ...] = ()  # rows in between that are not of the table
     others: tuple[Ends, ...] = ()  # columns of numbers that are none of these, and that nobody uses
-    exchanged: tuple[Place, str] | tuple[()] = ()  # a cell that stands under another one's heading, and a sentence
+    exchanged: tuple[Place, str] | tuple[()] = ()  # a cell under another one's heading, and a sentence
     source: tuple[Column, ...] = ()  # the columns of tip and axis
     words: tuple[Column, ...] = ()
 
     def said(self, graph: Graph) -> str:
-        """Where the columns stand."""
+        """Where the columns are."""
         texts = []
         parts = zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True)
         for name, first, last in (part for part in parts if part[1]):
@@ -81,11 +81,11 @@ class Table:
 def find_tables(
     graph: Graph, kinematics: Kinematics, tried: Iterable[tuple[int, int]] = (ENOUGH, ENOUGH_OF_ROTARY)
 ) -> tuple[list[Table], list[str]]:
-    """Return the tables of a workbook, and the ranges of what may be one and is not understood.
+    """Return the tables of a workbook, and the ranges that may be a table and are not understood.
 
-    Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows,
-    or there may be one, if that is `tried`. Both solutions may stand beside each other: these are two tables. There
-    may be rotary words alone, from the tool axis alone.
+    Rows of one table may be on two sheets, its words on several; points may be in columns instead of rows, or there
+    may be only one point, if that is `tried`. Both solutions may be side by side: these are two tables. There may
+    be rotary words alone, from the tool axis alone.
     """
     for enough, along in product(tried, (1, 2)):  # points in rows, points in columns
         single = enough == ENOUGH_OF_ONE_ROW

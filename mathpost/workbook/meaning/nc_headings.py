@@ -45,7 +45,7 @@ def letters_of(heading: str) -> dict[str, float]:
 
 
 def stand_apart(tip: Sequence[int], axis: Sequence[int], words: Sequence[int]) -> bool:
-    """Whether the tip stands beside the rotary words, and X Y Z beside the tool axis, as the other way round."""
+    """Whether the tip is next to the rotary words and X Y Z next to the tool axis, as if exchanged."""
 
     def near(part: Sequence[int], other: Sequence[int]) -> bool:
         return min((abs(a - b) for a in part for b in other), default=0) == 1

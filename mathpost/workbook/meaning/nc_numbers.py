@@ -73,7 +73,7 @@ def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> It
 
 
 def _half_digits(numbers: np.ndarray) -> np.ndarray:
-    """Half of the last digit of numbers written to as many decimals, or to as many digits, as the longest has."""
+    """Half of the last digit of numbers, all taken to have the decimals, or the digits, of the longest."""
     single, least = numbers.astype(np.float32), np.full(numbers.shape, 1e-9)
     if written_decimals(numbers) > 8 and np.allclose(numbers, single, rtol=1e-12, atol=0):  # numbers of four bytes
         least = np.maximum(least, np.spacing(np.abs(single)))
@@ -85,7 +85,7 @@ def _half_digits(numbers: np.ndarray) -> np.ndarray:
 
 
 def looked_at(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[str]:
-    """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
+    """Yield what deserves a look in the present words, place → number: travel, flips between rows."""
     machine = rows[0].kinematics.machine
     own = np.array([[*[None] * 3, *map(values.get, row.results)][-5:] for row in rows], dtype=float)
     own[:, 3:] *= [row.units for row in rows]

@@ -1,7 +1,8 @@
-"""Where the words of single positions stand, in any layout: told by what cells are as functions of typed numbers.
+"""Find the words of single positions, in any layout, by how cells depend on typed numbers.
 
-Random tool axes are put into three numbers: formulas that are then the rotary words tell that this is the axis, and
-random tips in three others tell X Y Z. A word that is wrong is told by its label, or by where the others stand.
+Random tool axes are put into three numbers: if formulas then give the rotary words, these three are the axis.
+Random tips in three others find X Y Z in the same way. A wrong word is found by its label, or by the places of the
+others.
 """
 
 from __future__ import annotations
@@ -122,7 +123,7 @@ class Positions:
             fits = {p: _fit(value, wanted[..., k].T) for p, value in values.items()}
             words[k] = self.choose(k, fits, {*axis, *tip, *rotary, *words.values()})
             total += fits.get(words[k], 0.0)
-        for k, (a, b) in ((0, (1, 2)), (1, (0, 2)), (2, (0, 1))):  # it stands in line with the others
+        for k, (a, b) in ((0, (1, 2)), (1, (0, 2)), (2, (0, 1))):  # it is in line with the others
             if words[k] is None and None not in (words[a], words[b]):
                 steps = [(q - p) * (k - a) // (b - a) for p, q in zip(words[a][1:], words[b][1:], strict=True)]
                 words[k] = offset(words[a], *steps)

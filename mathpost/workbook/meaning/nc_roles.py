@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mathpost.workbook.meaning.nc_columns import Column
     from mathpost.workbook.sheet.graph import Graph
 
-CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
+CLOSE = 0.1  # degrees, mm: close enough to recognise a word; whether it is right is judged elsewhere
 # How many words must fit, so that it is no coincidence: without all their headings, and with them.
 ENOUGH, ENOUGH_OF_ONE_ROW, ENOUGH_BESIDE = (3, 0), (6, 3), (4, 4)
 ENOUGH_OF_ROTARY = (2, 1)  # of a table of rotary words alone
@@ -49,7 +49,7 @@ class Roles:
         tips = [t for t in tips if after.isdisjoint(self.graph.upstream(self.columns[n].places[0] for n in t))]
         choices = [n for n in range(len(self.columns)) if n not in (*axis, *words.values())]
         lost = next((k for k in words if words[k] is None), None)
-        best: tuple[float, Any, Any] = 0.3 if lost is None else 2.9, None, None  # a lost one is told by X Y Z
+        best: tuple[float, Any, Any] = 0.3 if lost is None else 2.9, None, None  # a lost one is found by X Y Z
         for n in choices if lost else (None,):
             self.turn_by(words | {lost: n} if lost else words, alone=lost is None)
             scores = [(self.tip_score(t, axis), t, n) for t in tips if n not in t]
@@ -67,7 +67,7 @@ class Roles:
                 if all(plain.values())
                 else self.choose(k, fits[k], {*tip, *axis, *words.values()}, 2 * AMONG_OTHERS)
             )
-        for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
+        for k, n in product(range(3), repeat=2):  # one that is all wrong is between the others, or next to them
             free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
             if words[k] is None and words[n] is not None and words[n] + k - n in free:
                 words[k] = words[n] + k - n
@@ -86,14 +86,14 @@ class Roles:
 
     @staticmethod
     def as_they_fit(words: dict[int, Any], fits: Mapping[int, np.ndarray] | Sequence[np.ndarray]) -> dict[int, Any]:
-        """Columns, by joint, that are only right if some stand under each other's headings: by what they are."""
+        """Columns, by joint, reassigned by their numbers if they are right only under each other's headings."""
         for columns in permutations(words.values()) if None not in words.values() else ():
             if all(fits[k][n] > 0.5 for k, n in zip(words, columns, strict=True)):
                 return dict(zip(words, columns, strict=True))
         return words
 
     def rotary_alone(self, axis: Sequence[int], words: dict[int, Any]) -> dict[str, Sequence[int]] | None:
-        """Rotary words without others, unless as many numbers stand beside them as a tip and X Y Z are."""
+        """Rotary words without others, unless the table has as many further numbers as a tip and X Y Z."""
         others = [c for n, c in enumerate(self.columns) if n not in (*axis, *words.values()) and c.typed]
         if None in words.values() or len(others) >= 6:
             return None

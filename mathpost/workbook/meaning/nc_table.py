@@ -1,8 +1,8 @@
-"""A table of tool tips and tool axes against NC words: where the columns stand, and what the words must be.
+"""A table of tool tips and tool axes against NC words: where the columns are, and what the words must be.
 
-The rotary words are right if they make the tool axis, on either branch and whatever whole turns, unless only the
-other branch is inside travel; X Y Z, if there are any, if they bring the tip into place with the rotary words that
-are demanded.
+The rotary words are right if they make the tool axis, on either branch and in any winding, unless only the other
+branch is inside travel. X Y Z, if there are any, are right if they bring the tip into place with the rotary words
+that are demanded.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ class Words(Calculation):
     preferred: int | None = None
     exchanged: (
         tuple[Place, str] | tuple[()]
-    ) = ()  # of its table: a cell that stands under another one's heading, and a sentence
+    ) = ()  # of its table: a cell under another one's heading, and a sentence
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's
-    back: np.ndarray | float = 0.0  # what is taken off of it: the same at rotary zero, or nothing
+    back: np.ndarray | float = 0.0  # what is subtracted from it: the same at rotary zero, or nothing
     # Place of a number of the machine that is 0 and is varied → what 1 mm more makes of X Y Z.
     steps: dict[Place, np.ndarray] = field(default_factory=dict)
 
@@ -68,7 +68,7 @@ class Words(Calculation):
 
     def unround(self, inputs: Values) -> None:
         """Normalise the tool axis of the sheet, if it is one but for its last digits."""
-        if not inputs.keys() >= set(self.axis):  # a formula stands in place of a number
+        if not inputs.keys() >= set(self.axis):  # a formula in place of a number
             return
         length = np.linalg.norm([inputs[p][0] for p in self.axis])
         is_unit = abs(length - 1) < UNIT_LENGTH
@@ -108,7 +108,7 @@ class Words(Calculation):
         return {p: 360 / degrees for p, degrees in zip(self.results[-2:], self.units, strict=True)}
 
     def is_wrong(self, now: Callable[[Place], np.ndarray]) -> bool:
-        """Whether the words are wrong as they stand, by more than rounding; `now(place)` is what is in a cell."""
+        """Whether the words are wrong by more than rounding; `now(place)` gives the contents of a cell."""
         for place, target in self.targets.items():
             off = now(place)[0] - target[0]
             off = wrap(off, self.periods[place]) if place in self.periods else off
@@ -143,11 +143,11 @@ class Words(Calculation):
 def rows_of(
     found: Recognised, machine: Machine | str | Path, cells: dict[str, str] | None = None
 ) -> tuple[list[Words], list[str]]:
-    """Return the rows of the tables as `Words`, and what looks like a table and is not understood.
+    """Return the rows of the tables as `Words`, and the ranges that look like a table and are not understood.
 
-    What does not stand in rows or columns is looked for by what formulas are; `found` knows what is typed.
+    Words outside rows and columns are found by their formulas; `found` knows which numbers are typed.
 
-    `cells` says where the columns stand, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
+    `cells` says where the columns are, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
     Raise `InputError` if there is no table, or the machine has one rotary axis.
     """
     graph = found.graph
@@ -197,7 +197,7 @@ def made_of_words(
     """What people put beside the words of a table, both of shape (…, samples): numbers, and angles in radians.
 
     Steps from row to row, ways, extremes and means; the other solution, and how far the tool turns. `block(places)`
-    is what stands in some cells.
+    gives the contents of some cells.
     """
     axes = np.array([block(row.axis) for row in rows])
     words = np.array([[*row.targets.values()] for row in rows])

@@ -1,4 +1,4 @@
-"""The rows of a table have one origin, and points and angles that stand as those of the others do."""
+"""The rows of a table share one origin, and have their points and angles at the same offsets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def rows_alike(found: Recognised) -> None:
     """Give the rows of each table of a `Recognised` workbook what the others say that they have.
 
-    A table beside another one that has angles of its own has a point of its own, where one stands.
+    A table next to another one that has angles of its own has a point of its own, where there is one.
     """
     tables: dict[Line, list] = {}
     for calculation in found.calculations:
@@ -43,9 +43,9 @@ def rows_alike(found: Recognised) -> None:
 
 
 def _give(found: Recognised, rows: list[Turn], part: str) -> None:
-    """Give a row of a table the point, or angles, that stand as those of others do and that no formula uses.
+    """Give a row of a table the point, or angles, that are as far from its result as in other rows.
 
-    Or that stand as those of all others do.
+    They are cells that no formula uses, or a point that is there in all other rows.
     """
     given = {row: own for row in rows if (own := getattr(row, part))}
     apart = Counter((own[0][0], *_step(row.results[0], own[0])) for row, own in given.items())

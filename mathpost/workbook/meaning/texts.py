@@ -26,7 +26,7 @@ AXIS_OR_THEN = re.compile(
 FACTOR = r"\bR_?([xyz123])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN, PAIR = (re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * n), re.I) for n in (3, 2))
 SPACED = re.compile("[=+] *" + " ".join([FACTOR] * 3), re.I)
-# p′ᵀ = pᵀ·Rᵀ says of rows what p′ = R·p says of columns.
+# p′ᵀ = pᵀ·Rᵀ for rows is the same as p′ = R·p for columns.
 BOTH_SIDES = r"\b([prvx])['’′]?(?:ᵀ|\^T) *= *\1(?:ᵀ|\^T) ?[·*×]? ?\w+(?:ᵀ|\^T)"
 ROWS = r"\brow vector|zeilenvektor|vecteurs?[ -]ligne|行向量|\brows?\b[^.;,\n]{0,15}[·*×]"
 YAW, PITCH, ROLL = (

@@ -84,7 +84,7 @@ class Turns(Names):
         self._tell(Turn(triple, self.by_name(chosen), point, origin, shift=shift), calculations)
 
     def _varied(self, angles: Line, triple: Line) -> Line | None:
-        """Three angles of which one, by their names, stands in the row of a vector in place of the given one."""
+        """Three angles of which one, by their names, is in the row of a vector and replaces the given one."""
         own = [p for p in angles if p[:2] == triple[0][:2]]
         said = {p: self.angle_said(p) for p in angles}
         rest = [p for p in angles if own and said[p] != said[own[0]]]
@@ -223,10 +223,10 @@ class Turns(Names):
         is_one = abs(np.linalg.norm([graph.number(p) for p in axis]) - 1) < 2e-3
         return bool(is_one) and given not in lengths
 
-    # What the sheet, or the caller, says of it.
+    # What the sheet, or the caller, says about it.
 
     def _as_the_caller_says(self, cells: Mapping[str, str]) -> None:
-        """Take angles, point, origin and result from where the caller says that they stand."""
+        """Take angles, point, origin and result from the cells that the caller names."""
         given = {name: tuple(self.graph.named(name, text).places) for name, text in cells.items()}
         sizes = {"angles": (3,), "result": (3, 4, 9, 16), "origin": (0, 3)}
         sizes["point"] = (0, 3) if len(given.get("result", ())) > 4 else (3,)

@@ -1,4 +1,4 @@
-"""What stands in the cells of a workbook, its formulas as trees, and how a place is written and read."""
+"""The contents of the cells of a workbook, its formulas as trees, and how a place is written and read."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ WORK = 20_000_000  # steps from cell to cell
 class Cells:
     """The formulas of a workbook, by place: (sheet, row, column), rows and columns from 1.
 
-    `cells` holds what stands there, `trees` every formula that was understood, `unread` what in the others is not;
-    `part` the row and column in its array, from 0, of a cell of an array formula, which has the tree of the whole.
-    `other` has formulas in place of the file's, by place, each with the first cell of its array. `work` counts the
-    steps from cell to cell, of which there may be `WORK`.
+    `cells` holds the contents, `trees` every formula that was understood, `unread` what was not understood in the
+    others; `part` has the row and column in its array, from 0, of a cell of an array formula, whose tree is that of
+    the whole array. `other` has formulas that replace the file's, by place, each with the first cell of its array.
+    `work` counts the steps from cell to cell, of which at most `WORK` are allowed.
     """
 
     def __init__(self, book: Book, other: Mapping[Place, tuple[str, tuple]] | None = None) -> None:
@@ -123,7 +123,7 @@ class Cells:
         arrays = {(p[0], self.cells[p].anchor, id(self.trees.get(p))) if p in self.part else p for p in places}
         return len(arrays) == 1 and places[0] in self.part
 
-    # What stands in a place.
+    # The contents of a place.
 
     def value(self, place: Place) -> float | None:
         """The number in a cell as the file holds it, texts such as 54,7356 included, or None."""

@@ -56,8 +56,8 @@ def repaired(
 ) -> tuple[str, str, Tree] | None:
     """Return (cause, sentence, tree) of the single repair of a formula that gives, with `values`, those `wanted`.
 
-    These are of a cell, or of several of one array formula; `inputs` and matrices, `windows`, may be meant wherever
-    they stand. What differs by `period` is the same.
+    The wanted values are of a cell, or of several cells of one array formula. `inputs` and matrices, `windows`, may
+    be meant wherever they are. Values that differ by `period` count as equal.
     """
     place = next(iter(wanted))
     after, held = graph.downstream(wanted), graph.parts_at(graph.trees[place], values)

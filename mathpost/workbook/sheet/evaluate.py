@@ -2,9 +2,9 @@
 
 Values are arrays of shape (samples, rows, columns): a scalar is (samples, 1, 1). An error is NaN, and so is a text.
 
-What is no number counts differently by where it stands (`TAKES`): in arithmetic an empty cell is 0 and a text an
-error; a sum or a mean leaves both out; in a product of columns both are 0; in a matrix both are an error. So say
-the documentation of Excel and the values of LibreOffice; where these differ, as for TRUE in a sum, it is NaN.
+Empty cells and texts count differently by context (`TAKES`): in arithmetic an empty cell is 0 and a text an error;
+a sum or a mean leaves both out; in a product of columns both are 0; in a matrix both are an error. This follows the
+documentation of Excel and the values of LibreOffice; where these differ, as for TRUE in a sum, the value is NaN.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ class Cell:
 
     @property
     def meant(self) -> float | None:
-        """The number that a text such as ``54,7356`` or ``54.7356°`` means; `number` where one stands."""
+        """The number that a text such as ``54,7356`` or ``54.7356°`` means; `number` where the cell has one."""
         text = "" if self.formula else re.sub(r"\s", "", str(self.value))
         if not isinstance(self.value, str) or not NUMBER_AS_TEXT.fullmatch(text) or not re.search("[.,°]", text):
             return self.number

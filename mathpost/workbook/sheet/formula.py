@@ -86,10 +86,10 @@ def parse(
     sheets: Mapping[str, str] | None = None,
     left: list[int] | None = None,
 ) -> Tree:
-    """Return the tree of a formula, with its ``=``, that stands in `sheet`; raise `NotUnderstood` if it has none.
+    """Return the tree of a formula in `sheet`, text that begins with ``=``; raise `NotUnderstood` if it has none.
 
-    `names` has the `Area` or formula of each name in upper case, `sheets`, if given, the sheets that are there, by
-    lower case; `left` how many levels and parts a formula may still have that it is a name in.
+    `names` has the `Area` or formula of each name in upper case, `sheets`, if given, the existing sheets, by lower
+    case; `left` is how many levels and parts are still allowed, if this is the formula of a name in another one.
 
     Examples
     --------

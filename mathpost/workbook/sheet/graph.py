@@ -96,7 +96,7 @@ class Graph(Links):
 
     @cached_property
     def own(self) -> dict[Place, float | None]:
-        """Place → the number that stands there, or that the formula gives with the file's inputs; None for text."""
+        """Place → its number, or the one that its formula gives with the file's inputs; None for text."""
         return self.meant | {place: float(values[0]) for place, values in self.run({}).items()}
 
     def number(self, place: Place) -> float:

@@ -95,7 +95,7 @@ class Links(Cells):
 
     @cached_property
     def _position(self) -> dict[Place, int]:
-        """Place of a formula → where it stands in `order`."""
+        """Place of a formula → its index in `order`."""
         return {place: n for n, place in enumerate(self.order)}
 
     @cached_property

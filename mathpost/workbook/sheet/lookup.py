@@ -71,7 +71,7 @@ def _number(held: Held, tree: Tree) -> int:
 
 
 def _position(held: Held, key: Tree, area: Area, kind: int = 1) -> int:
-    """From 0, where a key stands in a row or a column: itself with `kind` 0, else the last not beyond it."""
+    """The index, from 0, of a key in a row or a column: an equal one for `kind` 0, else the last not beyond it."""
     sought, cells = _held(held, key), [held(place) for place in area.places]
     values: list[Any] = [None if value in (None, "") else _plain(value) for value in cells]
     if kind == 0:
@@ -120,7 +120,7 @@ def _along(across: bool) -> Lookup:
 
 
 def _beside(kind: int) -> Lookup:
-    """XLOOKUP, or LOOKUP, which takes the last that is not beyond the key: what stands beside it elsewhere."""
+    """XLOOKUP, or LOOKUP, which takes the last entry not beyond the key: the entry of another area beside it."""
 
     def find(held: Held, key: Tree, keys: Tree, table: Tree, *_: Tree) -> Tree | None:
         where, whole = ("number", _position(held, key, keys[1], kind) + 1.0), ("number", 0.0)

@@ -101,7 +101,7 @@ def typed_over(graph: Graph) -> dict[Place, Tree]:
 
 
 def _is_made(graph: Graph, place: Place, tree: Tree, values: Values) -> bool:
-    """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
+    """Whether a formula gives the number in a cell, to more digits than by luck."""
     number = graph.own[place]
     if number is None or not np.isfinite(number) or not graph.component.keys() >= set(graph.used_by(tree)):
         return False

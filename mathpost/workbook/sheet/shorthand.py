@@ -1,4 +1,4 @@
-"""Formulas that say in one cell what stands in the one before: read as that cell and what is new."""
+"""Formulas that repeat the formula of an earlier cell: read as a reference to that cell and what is new."""
 
 from __future__ import annotations
 

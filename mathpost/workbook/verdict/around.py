@@ -125,7 +125,7 @@ class Around:
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}")
 
     def _goes_on(self, place: Place) -> bool:
-        """Whether a number stands where the formulas of a line go on, as those of means."""
+        """Whether a number is where the formulas of a line would continue, such as those of means."""
         likely = [between(self.graph, place, 3), *along(self.graph, place)]
         trees = [tree for tree in likely if tree and tree[0] != "area"]
         return any(self.graph.component.keys() >= set(self.graph.used_by(tree)) for tree in trees)

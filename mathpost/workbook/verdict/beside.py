@@ -1,4 +1,4 @@
-"""What stands beside a calculation: lengths, distances, sums and means, differences, angles computed back.
+"""Further cells beside a calculation: lengths, distances, sums and means, differences, angles computed back.
 
 No task asks for these. Each is judged as what it is: one of the numbers and vectors that follow from right results.
 """

@@ -1,4 +1,4 @@
-"""Numbers of the machine that stand in a sheet: what words do when they change, not only at the numbers they have.
+"""Numbers of the machine in a sheet: how the words depend on them, not only the words at their present values.
 
 A pivot that is 0 hides a slip before it. X Y Z are linear in every point of the machine, so that a step of a typed
 number must step them as one of the machine's own numbers does, at all samples. Where all words are right, and a
@@ -95,7 +95,7 @@ class Constants:
         steps = {("tool", 0): moved(right, axes / np.linalg.norm(axes, axis=1)[:, None])}
         for n, unit in enumerate(np.eye(3)):
             each = [moved(right.pivoted(name, right.point(name) + unit)) for name in names]
-            for count in range(1, len(each) + 1):  # what stands on one that is moved moves with it
+            for count in range(1, len(each) + 1):  # whatever is mounted on one that is moved moves with it
                 for chosen in combinations(range(len(each)), count):
                     steps["+".join(names[k] for k in chosen), n] = sum(
                         (each[k] for k in chosen), start=np.zeros_like(each[0])

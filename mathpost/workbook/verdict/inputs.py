@@ -78,7 +78,7 @@ def _unlike_the_text(graph: Graph, found: Recognised) -> Iterator[str]:
 
 
 def _typed_twice(graph: Graph, found: Recognised) -> Iterator[str]:
-    """Yield inputs that stand in two places, the same but for one number: a typing error?"""
+    """Yield inputs that are in two places, the same but for one number: a typing error?"""
     own = graph.own
     inputs = dict.fromkeys((*c.angles, *c.point, *c.origin) for c in found.calculations)
     given = [places for places in inputs if places and found.typed.issuperset(places)]
@@ -112,9 +112,9 @@ def _not_converted(graph: Graph, found: Recognised) -> Iterator[str]:
 
 
 def _not_used(graph: Graph, found: Recognised) -> Iterator[str]:
-    """Yield three numbers that no formula uses and that are given by their names: a point, an origin.
+    """Yield three numbers that no formula uses and that their names call given: a point, an origin.
 
-    Those called so stand alone, or are the origin; coordinates may stand anywhere.
+    Numbers called a point are alone, or are the origin; coordinates may be anywhere.
     """
     threes = [each for c in found.calculations for each in (c.point, c.origin, c.results[:3]) if len(each) == 3]
     known = np.array([[graph.own.get(p) for p in each] for each in threes], dtype=float).reshape(-1, 3)
@@ -133,7 +133,7 @@ def _not_used(graph: Graph, found: Recognised) -> Iterator[str]:
 
 
 def _parts_not_used(graph: Graph, found: Recognised) -> Iterator[str]:
-    """Yield minutes and seconds that stand beside degrees, or the other way round, and that no formula uses."""
+    """Yield minutes and seconds next to degrees, or the other way round, that no formula uses."""
     parts = found.angles.union(*(graph.uses[place] for place in found.composed))
     for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
         near = [p for p in parts if graph.component.get(p) is graph.component[place]]

@@ -147,7 +147,7 @@ class Judge(Sampled):
                 self.unexplained.append(calculation)
             elif found is None and isinstance(calculation, Words):
                 if strange or not calculation.is_wrong(self.now):
-                    self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
+                    self.unsure.update(bad)  # right at these inputs; it may not be made for other tool axes
                 else:
                     place = min(bad, key=self.graph.calculation_order)
                     text = "no single change makes the result what is asked for"
@@ -162,7 +162,7 @@ class Judge(Sampled):
         self.faults[first:] = _one_convention(self.faults[first:])
 
     def _exchanged(self, calculation: Calculation) -> Values | None:
-        """What belongs into a result that is of another point, or stands under each other's headings, recorded."""
+        """The right values of results of another point, or under each other's headings; records the fault."""
         results, wanted = calculation.results, [*calculation.targets.values()]
         of_points = isinstance(calculation, Turn) and calculation.point
         if of_points:

@@ -34,9 +34,9 @@ CORNERS = 6  # points of which each two edges are
 class Known:
     """What a `Judge` that has judged the calculations knows, at the samples.
 
-    `turns` are the rotations; `vectors`, shape (vectors, 3, samples), of which those in `combined` are made of
-    several; `numbers` may stand in one cell, of which `norms` are lengths; of pairs of `angles` it may be either.
-    `globe` has the directions of points and results.
+    `turns` are the rotations; `vectors` has shape (vectors, 3, samples), of which `combined` are made of several.
+    One cell may hold any of `numbers`, of which `norms` are lengths, or either angle of a pair in `angles`. `globe`
+    has the directions of points and results.
     """
 
     def __init__(self, judge: Judge) -> None:
@@ -139,7 +139,7 @@ class Known:
                 yield tuple(typed[0])
 
     def _known_numbers(self) -> tuple[np.ndarray, np.ndarray]:
-        """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
+        """Numbers that one cell may hold, each of shape (samples,), and pairs of angles, of which either may be."""
         judge = self.judge
         numbers = [1.0, 0.0, 3.0, *(entry for c in judge.live for entry in c.entries)]  # 3: the trace of R·Rᵀ
         norms = [*np.linalg.norm(self.vectors, axis=1)]

@@ -1,4 +1,4 @@
-"""What the labels of a sheet say that its cells hold, and which formula should stand there."""
+"""What the labels of a sheet say that its cells hold, and which formula the cells should have."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Block(NamedTuple):
 
 
 def read_labels(graph: Graph) -> dict[Place, tuple[str, tuple]]:
-    """Return place → (formula, first cell of its array) that should stand there as the labels say."""
+    """Return place → (formula, first cell of its array) that the cell should have according to the labels."""
     blocks, implied = labelled(graph), {}
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
@@ -66,7 +66,7 @@ def _named(graph: Graph, cells: dict[str, str] | None) -> Iterator[Block]:
 
 
 def _labelled(cells: dict[Place, Cell]) -> Iterator[Block]:
-    """What stands beside the labels: the nine cells of a matrix, or one cell."""
+    """The cells beside the labels: the nine cells of a matrix, or one cell."""
     texts = {p: c.value for p, c in sorted(cells.items()) if isinstance(c.value, str) and not c.error}
     labels = {place: role for place, text in texts.items() if (role := read_label(text))}
     taken: set[Place] = set()
@@ -158,7 +158,7 @@ def elementary_formulas(axis: str, cosine: str, sine: str) -> list[list[str]]:
 
 
 def _product(refs: dict[Role, str], word: tuple[int, ...], own: Role) -> str | None:
-    """MMULT of the matrices in `word`, taking products that stand in the sheet."""
+    """MMULT of the matrices in `word`, using products that the sheet already has."""
     role = Role("matrix", word)
     if role in refs and role != own:
         return refs[role]

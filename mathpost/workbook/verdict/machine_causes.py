@@ -49,9 +49,9 @@ def _near(length: float, lengths: Sequence[float]) -> bool:
 
 
 def by_cause(faults: list[Fault], table: list[Words], values: Mapping[Place, float | None]) -> list[Fault]:
-    """The faults of a sheet, those of most rows of a table by the cause that explains them all, if there is one.
+    """The faults of a sheet; faults in most rows of a table are replaced by one common cause, if there is one.
 
-    `values` is what stands in the cells.
+    `values` are the contents of the cells.
     """
     for first, last in ((-2, None), (-5, -2)):  # rotary words, X Y Z
         places = [p for row in table for p in row.results[first:last]]

@@ -19,7 +19,7 @@ NUMBER = "it is a number without a formula that stands under no heading of a res
 
 
 def reason(judge: Judge, others: Beside, place: Place, status: str | None) -> list[str]:
-    """Return lines on a cell: what stands there, the rule that judged it, what that rule compared.
+    """Return lines on a cell: its contents, the rule that judged it, what that rule compared.
 
     Parameters
     ----------

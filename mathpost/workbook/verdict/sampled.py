@@ -160,7 +160,7 @@ class Sampled:
         }
 
     def stands(self, calculation: Calculation, places: Line) -> bool:
-        """Whether some cells hold together what may stand in so many; one of a plane's vector, with its others."""
+        """Whether some cells together hold values known for so many; a cell of a plane's vector with the others."""
         is_one = isinstance(calculation, Plane) and len(places) == 1
         lines = self.vectors_of(*places) if is_one else []
         if is_one and not lines:
@@ -180,6 +180,6 @@ class Sampled:
 
 
 def as_window(window: Line, matrix: np.ndarray) -> Values:
-    """Place → what stands there if a window of 3×3 or 4×4 is a matrix, or its first rows and columns."""
+    """Place → its value if a window of 3×3 or 4×4 holds a matrix, or its first rows and columns."""
     size = 3 if len(window) == 9 else 4
     return dict(zip(window, matrix[:, :size, :size].reshape(len(matrix), -1).T, strict=True))

@@ -60,7 +60,7 @@ class Scope:
         own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
         other = {p for p in own for q in beside(p) if q in own and abs(graph.number(q) - graph.number(p)) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
-        from_given = graph.downstream(given - graph.trees.keys())  # and what stands beside it
+        from_given = graph.downstream(given - graph.trees.keys())  # and the cells beside them
         other |= {p for p in rest & from_any - from_given if _is_count_or_mean(graph.tree(p))}
         return [p for p in places if p not in other], rest - other
 

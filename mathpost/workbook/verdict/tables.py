@@ -53,7 +53,7 @@ class Tables:
             self.found.problems.append(text)
 
     def _vary_constants(self) -> None:
-        """Vary the numbers of the machine that stand in the sheet, where no word tells that one is used wrongly."""
+        """Vary the numbers of the machine in the sheet, where no word shows that one is used wrongly."""
         for _, table in groupby(self.rows, lambda row: row.table):
             rows = [row for row in table if len(row.results) == 5]
             if not rows or not all(self.judge.met(row.targets) for row in rows):

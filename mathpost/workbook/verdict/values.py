@@ -1,6 +1,6 @@
 """A sheet of numbers without formulas: results under their headings, against what the task makes of its inputs.
 
-What stands between them is listed, not judged. A slip that is lucky at these numbers cannot be seen.
+Cells between them are listed, not judged. A slip that makes no difference at these numbers cannot be seen.
 """
 
 from __future__ import annotations

@@ -209,7 +209,7 @@ class Where:
         odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
         odd -= {p for c in self.found.calculations for p in c.given}
         odd -= self.graph.upstream(self.judge.targets.keys() - set(self.judge.bad(self.judge.targets)))
-        if self.found.task.machine:  # a constant of the machine stands in no row of the table
+        if self.found.task.machine:  # a constant of the machine is in no row of the table
             odd &= {p for p in odd if any(p[:2] == place[:2] for place in bad)}
             odd -= {p for p in odd if self.graph.trees.keys().isdisjoint(beside(p))}
         constants = np.array([0, 1, -1, *CONVERSIONS])

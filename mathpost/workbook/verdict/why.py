@@ -1,4 +1,4 @@
-"""Why is a cell wrong? The likeliest slip that explains what stands there, and how much of a stretch that is."""
+"""Why is a cell wrong? The likeliest slip that explains its contents, and how much of a stretch that is."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Why:
             or self._spoils(calculation, option)
             or self._is_strange(calculation, option)
         ):
-            cost += UNLIKELY  # it may stand there as it is, alone or in a matrix, or what follows from it may
+            cost += UNLIKELY  # it may be right as it is, alone or in a matrix, or what follows from it may be
         return cost, faults
 
     def _completes_an_element(
@@ -88,7 +88,7 @@ class Why:
         return bool(known) and not all(any(same(value, entry) for entry in known) for value in option.values())
 
     def _spoils(self, calculation: Calculation, option: Values) -> bool:
-        """Whether a repair changes what may stand there as it is in one cell on the way to the results."""
+        """Whether a repair changes a cell on the way to the results whose present value may be right."""
         after = self.graph.downstream(option) - option.keys() - self.judge.targets.keys()
         right = [
             p for p in after & self.graph.upstream(calculation.results) if self.judge.stands(calculation, (p,))
