@@ -138,7 +138,7 @@ def _printed(kin: Kinematics, language: str, jacobian: bool = True) -> str:
 
 @dataclass(frozen=True)
 class _Function:
-    """What a printed function computes of what; `named` as in `function`."""
+    """Outputs and arguments of a printed function; `named` as in `function`."""
 
     outputs: Sequence[sp.Expr]
     arguments: tuple[sp.Symbol, ...]

@@ -18,7 +18,7 @@ NOTHING = 1e-8  # of the greatest eigenvalue: a combination of unknowns that a f
 
 @dataclass(frozen=True)
 class Information:
-    """What one file says of the unknowns that files share, of a linear problem; others add to it."""
+    """The information of one file about the unknowns that files share, in a linear problem; that of others adds."""
 
     matrix: np.ndarray  # the inverse of their covariance
     vector: np.ndarray  # the matrix times what they are

@@ -74,7 +74,7 @@ def causes(
 
 
 def _noise(block: Readings, found: Calibration | None) -> float:
-    """What a reading of a file scatters by, mm: as stated or found, at most as the method's do."""
+    """The scatter of a file's readings, mm: as stated, or as found but at most the one usual for the method."""
     most = 1e-3 * METHODS[block.method]["noise"]
     return block.sigma if np.isfinite(block.sigma) else min(most, found.noise[block.where][0] if found else most)
 

@@ -30,7 +30,8 @@ def write(
 ) -> str:
     """Return the text of a program for a control, or one of that name; words that do not change are left out.
 
-    There is at least one block, and none like the one before. Of the name letters, digits and underscores are used.
+    There is at least one block, and none like the one before. Only letters, digits and underscores of the name are
+    used.
     Where the head says how far the control may round off, it says 0: see `state_rounding`.
     """
     control = control_for(machine, control)

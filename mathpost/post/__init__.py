@@ -57,7 +57,7 @@ def run(
     cl : CLData
     machine : Machine
     name : str, optional
-        Of the program, by default that of the CL file.
+        Name of the program, by default that of the CL file.
     dialect : str, path-like or Control
         The control: one of `mathpost.controls.control.names`, or a file like theirs.
     tcp : bool

@@ -104,7 +104,7 @@ def explain(case: Case, off: Off) -> tuple[str, ...]:
         found += list(_edits(case, off, off.block))
         if not found and off.what == "position":
             found += list(_left_out(case, off))
-        if not found and off.what != "way":  # before a way a wrong block may stand for one that is missing
+        if not found and off.what != "way":  # before a way a wrong block may replace one that is missing
             for block in range(off.block - 1, max(off.block - 3, -1), -1):
                 found += list(_edits(case, off, block))
     if not found and off.what == "position":

@@ -178,7 +178,7 @@ class Turn(Calculation):
         yield from (entry for product in self.quaternions() for entry in product)
 
     def quaternions(self) -> list[np.ndarray]:
-        """Of the turns by the first two angles, the last two, and all three; none about an axis."""
+        """Quaternions of the turns by the first two angles, the last two, and all three; none about an axis."""
         if self.axis:
             return []
         letters = ["XYZ".index(letter) + 1 for letter in self.sequence.upper()]
@@ -204,9 +204,9 @@ def nearest(
     preferred: int | None = None,
     slack: float | np.ndarray = 1e-6,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of two solutions, shape (samples, 2, angles), the one with more of the angles that there are, and the votes.
+    """Return the one of two solutions, (samples, 2, angles), that has more of the present angles, and the votes.
 
-    An angle that is right is so with its own whole turns; of equally good solutions the preferred one counts.
+    A right angle is right in any winding, which is then kept; of equally good solutions the preferred one counts.
     """
     turn = 360.0 if degrees else 2 * np.pi
     off = np.abs((now[:, None] - both + turn / 2) % turn - turn / 2)

@@ -54,7 +54,7 @@ class Column:
 
 @dataclass(eq=False)
 class Table:
-    """Of each row the places of tip, tool axis and words; `units` are the degrees that 1 of a rotary word is."""
+    """The places of tip, tool axis and words of each row; `units` are the degrees in one unit of a rotary word."""
 
     rows: list[tuple[Line, Line, Line]]
     units: tuple[float, ...]

@@ -147,7 +147,7 @@ class Positions:
         return all(letter in self.letters[place] for place, letter in zip(places, letters, strict=True))
 
     def named(self, place: Place) -> dict[str, float]:
-        """The letters that the nearest text says that says any, before a cell or else behind it."""
+        """The letters in the nearest text that has any, before a cell or else after it."""
         texts = (*self.found.texts(place), self.text(place, 1))
         return next(filter(None, map(letters_of, map(normal, texts))), {})
 

@@ -74,9 +74,9 @@ TRANSPOSED += r"|\bR(?:\^T|\^-1|⁻¹) ?[·*×]? ?\(?p\b(?!['’′])"  # what b
 def reading(task: Task, text: str, count: int = 3) -> tuple[str, bool, str, list[str], tuple[str, ...]]:
     """Sequence, whether it is active, and who says so: the task, else the texts of the sheet, else source 000.
 
-    And why that is doubtful, if it is, and the names of the angles in the order of the sequence, if a product of
-    matrices has them; one that is negated with its minus. Of a sheet with one or two angles, `count`, the texts may
-    name as many axes; the other angles are 0.
+    The last two results are why that is doubtful, if it is, and the names of the angles in the order of the
+    sequence, if a product of matrices has them; a negated one with its minus. For a sheet with one or two angles,
+    `count`, the texts may name as many axes; the other angles are 0.
     """
     text = "\n".join(line for line in text.splitlines() if not re.search(NOT_ASKED, line, re.I))
     turns = [re.sub(WXYZ, "", line, flags=re.I) for line in text.splitlines() if re.search(TURNS, line, re.I)]

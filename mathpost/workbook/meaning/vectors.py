@@ -23,8 +23,8 @@ class Vectors(Given):
     """What becomes of the inputs of a workbook, `angles` and `lengths`, told by moving each alone.
 
     `depends` has the inputs on which a cell depends, `reaches` those to which its formulas lead; `vectors` are
-    linear in lengths. Of a vector `unturned` has the slopes where all angles are 0, `turned` those where they are
-    as in the sheet, `unmoved` the lengths that are added after the turn, `curved` those in which it is not linear.
+    linear in lengths. For each vector, `unturned` has the slopes where all angles are 0, `turned` the slopes at the
+    angles of the sheet, `unmoved` the lengths that are added after the turn, `curved` those it is not linear in.
     """
 
     vectors: set[Place]

@@ -247,7 +247,7 @@ def _at_samples(numbers: Sequence[float | np.ndarray]) -> np.ndarray:
 
 
 def _axes(turn: Turn) -> list[np.ndarray]:
-    """Of the whole rotation, either way: the unit vector along its axis, and what R less its transpose makes."""
+    """The unit vector along the axis of the whole rotation, and the axis vector of R − Rᵀ, in both senses."""
     m = turn.whole
     vector = np.array([m[7] - m[5], m[2] - m[6], m[3] - m[1]])
     vectors = [vector, *(q[1:] for q in turn.quaternions()[2:])]

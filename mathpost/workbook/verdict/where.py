@@ -124,7 +124,7 @@ class Where:
         return sorted(lines, key=lambda line: [self.graph.reading_order(p) for p in line])
 
     def _tried(self, options: Iterable[Values], targets: Values, bad: list[Place]) -> Iterator[Values]:
-        """Of the options (place → value) what they change, of those that meet the targets, one of `bad` first."""
+        """Yield the changes made by those options (place → value) that meet the targets, `bad[0]` first."""
         first, before = bad[0], self.graph.upstream(bad[:1])
         for batch in batched(options, AT_ONCE):
             changes = [{p: v for p, v in option.items() if not same(self.judge.now(p), v)} for option in batch]
@@ -179,7 +179,7 @@ class Where:
         yield from islice(self._tried(({place: value} for value in options), targets, bad), 1)
 
     def _plausible(self, calculation: Calculation, place: Place) -> Iterator[np.ndarray]:
-        """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
+        """Values to try in a cell on which results depend nonlinearly: an angle, a repaired formula."""
         if place in self.found.turning:
             for a in calculation.radians.T:
                 yield from (a, -a, np.rad2deg(a), -np.rad2deg(a), a / 2)
