@@ -58,7 +58,7 @@ class Shown:
 
 
 def shown(problem: Problem, solution: Solution) -> dict[str, Shown]:
-    """How large each error that was assumed to be 0 came out, by squareness, joint, or file that drifts."""
+    """Unmeasured errors that exceed three standard uncertainties, by squareness, joint or drifting file."""
     full = np.zeros((problem.count, problem.count))
     full[np.ix_(solution.kept, solution.kept)] = solution.covariance
     sums: list[tuple[str, slice, np.ndarray]] = []  # names, and sums of the unknowns of a slice, (n, unknowns)

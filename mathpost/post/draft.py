@@ -62,7 +62,7 @@ class Draft:
         return np.asarray(tip) if self.moves.blocks.tcp[row] else self.path.kin.close(tip, self.joints[row, 3:])[:3]
 
     def say(self, row: int, command: Command, *, first: bool = False) -> None:
-        """Say something to the control before a row, before or behind all else that is said there."""
+        """Give the control a command before a row, ahead of or after the commands already there."""
         there = self.said.setdefault(row, [])
         there.insert(0 if first else len(there), command)
 

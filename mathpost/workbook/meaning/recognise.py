@@ -38,7 +38,7 @@ class Recognised(Turns):
     """What is what in a workbook.
 
     Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
-    be calculations if no other cells used them, and the vectors `beside` are none; `doubts` says of some why not.
+    be calculations if no other cells used them; the vectors `beside` are none; `doubts` has some reasons.
     `by` says who names the reading: the task, the text, or source 000; it `is_open` if the text names axes and not
     what is turned, or one that is not understood may say more.
     """
