@@ -30,8 +30,13 @@ NAMES: dict[str, str] = {
 
 
 def is_of_the_machine(row: Words) -> bool:
-    """Whether the point that X Y Z name is the tip, the nose or a pivot of the machine, so that it may be meant."""
+    """Whether the point that X Y Z name is the tip, the nose or a pivot of the machine, so that it may be meant.
+
+    Or the one that the machine file means, for a control that adds the length of the tool.
+    """
     machine = row.kinematics.machine
+    if _near(row.further, [-machine.tool_length]):
+        return True
     up = unit(np.array(machine.tool_axis, dtype=float))
     own = {"tip": -machine.tool_length, "nose": 0.0}
     pivots = [float(up @ joint.point) for joint in machine.rotary if joint.carries == "tool"]
