@@ -20,7 +20,7 @@ import numpy as np
 from mathpost.formula import compiled, slices
 from mathpost.kinematics import Kinematics
 from mathpost.path import deviation
-from mathpost.path.cl import CLData
+from mathpost.path.cl import CLData, commands
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine
@@ -199,7 +199,8 @@ def _way_off(run: Moves, cl: CLData, tip: float, axis: float, place: np.ndarray)
     cut = np.r_[0, np.cumsum(~cl.rapid)]
     first = np.nan_to_num(np.floor(place[:-1] + SAME_PLACE)).astype(int) + 1
     misses = cut[np.minimum(first + skipped, len(cl))] > cut[np.minimum(first, len(cl))]
-    moves = np.flatnonzero(on[:-1] & on[1:] & (misses | ~run.free[1 : len(place)]))
+    stated = on[:-1] & on[1:] & ~_to_another_offset(cl, place, tip)
+    moves = np.flatnonzero(stated & (misses | ~run.free[1 : len(place)]))
     kin = run.kin
     same = np.array([kin[move] is kin[move + 1] for move in moves], bool)
     moves = moves[same] if moves.size else moves
@@ -219,6 +220,15 @@ def _way_off(run: Moves, cl: CLData, tip: float, axis: float, place: np.ndarray)
         found = Off(move + 1, record, float(worst[0, n]), float(worst[1, n]), "way", bool(skipped[move]))
         worst = worst[:, :n]
     return found, worst.max(axis=1, initial=0)
+
+
+def _to_another_offset(cl: CLData, place: np.ndarray, tip: float) -> np.ndarray:
+    """Whether moves go from the last record of one work offset to the first of the next: CL data state no way."""
+    named = [(record, command.values[0]) for record, command in commands(cl.remarks, "work offset")]
+    first = [record for (_, before), (record, number) in pairwise(named) if number != before]
+    record = np.rint(np.nan_to_num(place)).astype(int)
+    reached = np.linalg.norm(cl.at(np.nan_to_num(place))[0] - cl.points[record], axis=1) <= tip
+    return reached[:-1] & reached[1:] & (record[:-1] == record[1:] - 1) & np.isin(record[1:], first)
 
 
 def _strays(

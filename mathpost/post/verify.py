@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -170,7 +171,10 @@ def verify(
     if not (0 < tolerance < np.inf and 0 < axis_tolerance < np.pi):
         raise InputError("tolerance", "mm and an angle above 0", f"{tolerance:g}, {np.degrees(axis_tolerance):g}°")
     control = control_for(machine, control)
+    setup = _with_offsets(setup or Setup(), machine, control)
     program = follow(text, machine, control, setup=setup, name=name)
+    if cl is not None:
+        cl = _from_one_origin(cl, program.machines[-1][1], control, setup)
     joints, tips, axes, kin = _simulated(program)
     names = machine.joint_names
     compared = None
@@ -203,6 +207,27 @@ def verify(
         _swings(joints, names), _near_pole(axes, kin), _seconds(program, control), 0 if cl is None else len(cl),
         compared, paces, explained,
     )  # fmt: skip
+
+
+def _with_offsets(setup: Setup, machine: Machine, control: Control) -> Setup:
+    """The tables of a control with the work offsets of the machine file; those that are stated take precedence."""
+    numbers: dict[int, tuple[float, ...]] = dict(machine.offsets)
+    if machine.offset is not None:
+        numbers[machine.offset] = machine.origin
+    known: dict[str, tuple[float, ...]] = {}
+    for number, origin in numbers.items():
+        with suppress(InputError):  # one that this control does not have, and no program of it can call
+            known[control.work_offset_name(number)] = origin
+    return replace(setup, offsets=known | setup.offsets)
+
+
+def _from_one_origin(cl: CLData, machine: Machine, control: Control, setup: Setup) -> CLData:
+    """CL data that count from the origin of a machine throughout, whatever work offsets they name."""
+    points = []
+    for part, _, number in cl.by_setup():
+        name = "" if number is None else control.work_offset_name(number)
+        points.append(part.points + np.subtract(setup.offsets.get(name, machine.origin), machine.origin))
+    return replace(cl, points=np.concatenate(points))
 
 
 def _simulated(program: Program) -> Simulated:

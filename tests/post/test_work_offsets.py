@@ -1,15 +1,18 @@
 """Several work offsets in a program: their words, and where the tool goes, by a reader written from manuals."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mathpost import machine
+from mathpost.controls.coordinates import Setup as Tables
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.post import run
+from mathpost.post.verify import verify
 from tests.conftest import DATA
 from tests.independent import judge
 from tests.independent.machine_model import Model
@@ -146,3 +149,28 @@ def content_of(**workpiece):
     content = machine.read_toml(DATA / "machines/ac_table.toml")
     content["workpiece"] |= workpiece
     return content
+
+
+@pytest.mark.parametrize("tcp", [False, True], ids=["joints", "tcp"])
+@pytest.mark.parametrize("control", CONTROLS)
+def test_a_program_with_several_offsets_is_verified(control, tcp):
+    rng = np.random.default_rng(7)
+    setup = machine.load("ac_table")
+    origin = tuple(np.add(setup.origin, [60, -40, 12]).tolist())
+    setup = replace(setup, offset=4, offsets=((2, origin),))
+    cl = cldata.parse(job(rng, setup, {4: np.zeros(3), 2: np.zeros(3)})[0])
+    program = run(cl, setup, dialect=control, tcp=tcp).program
+
+    def verified(text, on, **tables):
+        lengths = {str(tool): length for tool, length in LENGTHS.items()}
+        return verify(text, on, control, cl=cl, setup=Tables(lengths=lengths, **tables))
+
+    found = verified(program, setup)
+    assert found.status == 0, str(found)
+    two = "".join(WORDS[control][0].split())
+    stated = replace(setup, offsets=())
+    assert verified(program, stated, offsets={two: origin}).status == 0
+    with pytest.raises(InputError, match=f"the origin of {re.escape(two)}"):
+        verified(program, stated)
+    another = program.replace(*WORDS[control])  # all that is at the second offset, at the first one
+    assert verified(another, setup).status == 1
