@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -62,6 +63,18 @@ class Solution:
         return 1 - ((rows @ self.covariance) * rows).sum(axis=1)
 
 
+@lru_cache(maxsize=8)
+def _moves(machine: Machine) -> np.ndarray:
+    """How the machine's axes, points and tool change with each of its `unknowns`, shape (18, unknowns)."""
+    columns = []
+    for name in unknowns(machine):
+        high, low = (held.geometry(moved(machine, {name: step})) for step in (1e-5, -1e-5))
+        columns.append((high - low) / 2e-5)
+    moves = np.array(columns).T
+    moves.flags.writeable = False
+    return moves
+
+
 class Problem:
     """All readings as one function of all unknowns.
 
@@ -87,10 +100,7 @@ class Problem:
         self.observed = np.concatenate([each.value for each in self.sources])
         # A spline is linear in its entries: what each of them counts for at a position is a spline, too.
         self.weights = [each.curve(np.eye(len(each.at))) for each in tables]
-        self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
-        for column, name in enumerate(self.names):
-            high, low = (held.geometry(moved(machine, {name: step})) for step in (1e-5, -1e-5))
-            self.moves[:, column] = (high - low) / 2e-5
+        self.moves = _moves(machine)
         # A slide out of square is turned about where it was read; about machine zero only if that is found, and so
         # goes into the errors file.
         standing = [each.joints[:, :3] + machine.origin for each in blocks] or [np.zeros((1, 3))]
