@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 MOST = 120  # s, that a program may take
+QUIET = 0.5  # s at rest, after which it has ended: on a busy machine the control may be late with its next move
 
 
 def wait(status, errors, ready, what, limit):
@@ -37,8 +38,17 @@ def operate(job):
     def until(ready, what, limit=20):
         wait(status, errors, ready, what, limit)
 
-    def at_rest():
-        return status.interp_state == linuxcnc.INTERP_IDLE and status.queue == 0 and status.inpos
+    def come_to_rest(what):
+        moved = time.monotonic()
+
+        def at_rest():
+            nonlocal moved
+            done = status.interp_state == linuxcnc.INTERP_IDLE and status.exec_state == linuxcnc.EXEC_DONE
+            if not (done and status.queue == 0 and status.inpos):
+                moved = time.monotonic()
+            return time.monotonic() - moved > QUIET
+
+        until(at_rest, what, MOST)
 
     command.state(linuxcnc.STATE_ESTOP_RESET)
     until(lambda: status.task_state == linuxcnc.STATE_ESTOP_RESET, "reset")
@@ -54,7 +64,7 @@ def operate(job):
         for line in first:
             command.mdi(line)
             command.wait_complete(MOST)
-            until(at_rest, line, MOST)
+            come_to_rest(line)
         sampler = subprocess.Popen(["halsampler", "-t", samples])
         time.sleep(0.1)
         subprocess.run(["halcmd", "setp", "sampler.0.enable", "1"], check=True)
@@ -73,7 +83,7 @@ def operate(job):
             time.sleep(0.2)
             status.poll()
         command.feedrate(1)
-        until(at_rest, "end", MOST)
+        come_to_rest("end")
         subprocess.run(["halcmd", "setp", "sampler.0.enable", "0"], check=True)
         time.sleep(0.2)
         sampler.send_signal(signal.SIGTERM)
