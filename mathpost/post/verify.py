@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -214,20 +213,27 @@ def _with_offsets(setup: Setup, machine: Machine, control: Control) -> Setup:
     numbers: dict[int, tuple[float, ...]] = dict(machine.offsets)
     if machine.offset is not None:
         numbers[machine.offset] = machine.origin
-    known: dict[str, tuple[float, ...]] = {}
-    for number, origin in numbers.items():
-        with suppress(InputError):  # one that this control does not have, and no program of it can call
-            known[control.work_offset_name(number)] = origin
+    known = {name: at for number, at in numbers.items() if (name := _offset_name(control, number))}
     return replace(setup, offsets=known | setup.offsets)
 
 
 def _from_one_origin(cl: CLData, machine: Machine, control: Control, setup: Setup) -> CLData:
-    """CL data that count from the origin of a machine throughout, whatever work offsets they name."""
+    """CL data that count from the origin of a machine throughout, whatever known work offsets they name."""
     points = []
     for part, _, number in cl.by_setup():
-        name = "" if number is None else control.work_offset_name(number)
-        points.append(part.points + np.subtract(setup.offsets.get(name, machine.origin), machine.origin))
+        origin = setup.offsets.get(_offset_name(control, number), machine.origin)
+        points.append(part.points + np.subtract(origin, machine.origin))
     return replace(cl, points=np.concatenate(points))
+
+
+def _offset_name(control: Control, number: int | None) -> str:
+    """The name of a work offset; "" if none is meant, or the control does not have it: no program can call it."""
+    if number is None:
+        return ""
+    try:
+        return control.work_offset_name(number)
+    except InputError:
+        return ""
 
 
 def _simulated(program: Program) -> Simulated:

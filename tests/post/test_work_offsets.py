@@ -174,3 +174,12 @@ def test_a_program_with_several_offsets_is_verified(control, tcp):
         verified(program, stated)
     another = program.replace(*WORDS[control])  # all that is at the second offset, at the first one
     assert verified(another, setup).status == 1
+
+
+def test_an_offset_that_the_control_does_not_have_moves_no_record():
+    """CL data of another system may number them as they like; with one origin there is nothing to shift."""
+    setup = machine.load("ac_table")
+    lines = ["UNITS/MM", "FEDRAT/500,MMPM", "GOTO/0,0,5,0,0,1", "GOTO/9,0,5,0,0,1"]
+    program = run(cldata.parse("\n".join(lines)), setup, dialect="haas").program
+    named = cldata.parse("\n".join([*lines[:2], "MCSYS/NUM,4711", *lines[2:]]))
+    assert verify(program, setup, "haas", cl=named).status == 0
