@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 from mathpost.shell import main
 from mathpost.workbench.drop import LARGEST
@@ -63,15 +64,12 @@ def test_a_panel_in_jupyterlab(page, by_hand, hand_ins):  # noqa: F811
     cell = panel.get_by_label("B from, °")
     cell.fill("-25")
     cell.press("Tab")
-    assert not sentence.is_visible()
-    start = panel.get_by_role("button", name="Run", exact=True)
-    start.focus()
-    page.keyboard.press("Enter")
+    expect(sentence).to_be_hidden()
+    panel.get_by_role("button", name="Run", exact=True).press("Enter")
     panel.locator(".mathpost-said.right").wait_for()
     link = panel.locator("a.mathpost-download", has_text="blade.h")
-    link.focus()
     with page.expect_download() as download:
-        page.keyboard.press("Enter")
+        link.press("Enter")
     assert download.value.path().read_bytes() == by_hand
     page.screenshot(path=PICTURES / "workbench_post.png")
 
@@ -84,15 +82,15 @@ def test_a_panel_in_jupyterlab(page, by_hand, hand_ins):  # noqa: F811
     assert page.evaluate("axe.run('.mathpost-drop')")["violations"] == []
     zone.get_by_role("button", name="remove class/lucky.xlsx").press("Enter")
     zone.get_by_role("button", name="remove class/lucky.xlsx").wait_for(state="detached")
-    assert page.evaluate("document.activeElement.title") == "remove", "the next one has the keys"
+    expect(zone.get_by_title("remove").and_(page.locator(":focus"))).to_have_count(1)  # the next one has the keys
     check.get_by_role("button", name="Run", exact=True).click()
     check.get_by_text("3 workbooks: 2 right, 1 wrong").wait_for()
-    assert check.locator("summary span:first-child").all_inner_texts() == [
-        "file", "class/late/right.xlsx", "class/right.xlsx", "lucky.xlsx",
-    ]  # fmt: skip
+    expect(check.locator("summary span:first-child")).to_have_text(
+        ["file", "class/late/right.xlsx", "class/right.xlsx", "lucky.xlsx"]
+    )
     zone.get_by_role("button", name="Remove all: path").click()
-    zone.locator("li").first.wait_for(state="detached")
-    assert check.get_by_label("path", exact=True).input_value() == ""
+    expect(zone.locator("li")).to_have_count(0)
+    expect(check.get_by_label("path", exact=True)).to_have_value("")
     large = hand_ins / "large.xlsx"
     with large.open("wb") as file:
         file.truncate(LARGEST + 1)
@@ -102,11 +100,10 @@ def test_a_panel_in_jupyterlab(page, by_hand, hand_ins):  # noqa: F811
 
     page.evaluate(RESTART, notebook)
     sentence.wait_for()
-    assert not panel.is_visible()
+    expect(panel).to_be_hidden()
     page.evaluate(CLOSE, notebook)
     notebook = reopen(page, "15_workbench")
     sentences = page.locator(f"#{notebook} .mathpost-sentence")
-    sentences.first.wait_for()
-    assert {each.inner_text() for each in sentences.all()} == {SENTENCE}
-    assert not page.get_by_text("Error displaying widget").and_(page.locator(":visible")).count()
+    expect(sentences).to_have_text([SENTENCE] * 7)
+    expect(page.get_by_text("Error displaying widget").and_(page.locator(":visible"))).to_have_count(0)
     page.evaluate(CLOSE_ONLY, notebook)
