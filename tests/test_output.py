@@ -96,8 +96,8 @@ def interrupted(command, library, source, folder):
     (folder / library / "__init__.py").write_text(f"from signal import *\n{source}", encoding="utf-8")
     ended = subprocess.run(
         [sys.executable, "-m", "mathpost", *command, "--help"],
-        cwd=folder, env=os.environ | {"PYTHONPATH": f"{folder}{os.pathsep}{ROOT}"}, stderr=subprocess.PIPE, text=True,
-        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+        cwd=folder, env=os.environ | {"PYTHONPATH": f"{folder}{os.pathsep}{ROOT}"}, stderr=subprocess.PIPE,
+        text=True, preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     return ended.stderr, ended.returncode
 
