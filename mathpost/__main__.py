@@ -6,7 +6,7 @@ from mathpost.shell import stopping
 
 
 def main() -> int:
-    """Run the command of the command line; what stops it before it begins ends it at once."""
+    """Run the command that the command line names; a signal before it begins ends it at once."""
     stopping.take(stopping.at_once)
     from mathpost.shell.main import main as run
 

@@ -1,7 +1,7 @@
 """Bounds of time and memory for work on what strangers send.
 
-What is large is counted first, where it can be: then the same file is refused on every machine. These bounds are
-for what no count foresees.
+Sizes are counted first, where possible, so that every machine refuses the same files. These bounds catch what no
+count foresees.
 """
 
 import signal

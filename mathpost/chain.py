@@ -1,6 +1,6 @@
 """The transform chain of a machine, link by link from the workpiece to the tool, in sympy.
 
-The same few lines serve every arrangement: a rotary table is a turn about a line run through backwards, a head
+The same few lines serve every arrangement: a rotary table is a turn about a line traversed backwards, a head
 the same turn forwards, and the three slides are one translation between the two.
 """
 
@@ -38,7 +38,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Geometry:
-    """What the chain is made of, in sympy: exact numbers of a machine file, or symbols of the same shape.
+    """The geometry of a chain in sympy: exact numbers of a machine file, or symbols of the same shape.
 
     Directions and points of the rotary axes are dicts by joint name; the vectors are 3×1 matrices.
     """
@@ -52,7 +52,7 @@ class Geometry:
 
     @classmethod
     def numbers(cls, machine: Machine) -> Geometry:
-        """The machine's decimals as exact fractions, so that 0.707107 beside itself becomes √2/2."""
+        """The machine's decimals as exact fractions, so that 0.707107 in two components becomes √2/2."""
         length = _exact(machine.tool_length)
         return cls._of(machine, length, lambda _, axis: exact_unit(axis), lambda _, point: exact_vector(point))
 
@@ -157,7 +157,7 @@ def bodies(machine: Machine) -> tuple[tuple[str, sp.Matrix], ...]:
         direction = sp.Matrix([int(name == letter) for letter in LETTERS])
         place = product((place, homogeneous(sp.eye(3), -symbols[name] * direction)))
         found.append((name, place))
-    for link in reversed(rest[:cut]):  # a turn run through backwards is the turn by minus the angle
+    for link in reversed(rest[:cut]):  # a turn traversed backwards is a turn by minus the angle
         place = product((place, link.matrix.xreplace({symbols[link.name]: -symbols[link.name]})))
         found.append((link.name, place))
     found.append(("workpiece", product((place, first.matrix.inv()))))
@@ -219,7 +219,7 @@ def exact_vector(vector: Sequence[float]) -> sp.Matrix:
 
 
 def exact_unit(vector: Sequence[float]) -> sp.Matrix:
-    """`vector`, made exact and brought to length 1."""
+    """`vector` in exact numbers, scaled to length 1."""
     exact = exact_vector(vector)
     return exact / sp.sqrt(exact.dot(exact))
 

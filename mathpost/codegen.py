@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
 
 LANGUAGES = ("latex", "js", "c")
-TEMPLATES = Path(__file__).parent / "codegen_templates"  # what calls the printed functions, by language
+TEMPLATES = Path(__file__).parent / "codegen_templates"  # code that calls the printed functions, by language
 
 
 def function(
@@ -146,7 +146,7 @@ class _Function:
 
 
 def _functions(kin: Kinematics, jacobian: bool = True) -> dict[str, _Function]:
-    """What both languages compute, by name."""
+    """The functions that both languages print, by name."""
     derived, matrix = kin.inverse_symbolic, kin.forward_symbolic()
     pose = [*matrix[:3, 3], *matrix[:3, 2]]
     slopes = [*sp.Matrix(pose).jacobian(kin.symbols)] if jacobian else []

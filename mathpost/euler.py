@@ -46,7 +46,7 @@ def angles(sequence: str, matrix: ArrayLike, *, lock: str = "third", degrees: bo
 
     Where the first and the last axis are parallel only the sum or the difference of the first and the third
     angle is defined (gimbal lock): then the one named by `lock` is 0 and the other takes it all. The angles
-    always give the matrix back to rounding, also beside the lock, because the third is read after the first has
+    always give the matrix back to rounding, even near the lock, because the third is read after the first has
     been taken off. They are in (−π, π]. `lock` is ``"first"`` or ``"third"``, counted in the order of the sequence
     as it is written.
 
@@ -216,8 +216,8 @@ def from_axis_angle(axis: ArrayLike, angle: ArrayLike, *, degrees: bool = False)
 def to_axis_angle(matrix: ArrayLike, *, degrees: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return the unit axis (..., 3) and the angle (...), in [0, π], of an active matrix (..., 3, 3).
 
-    No turn at all has axis Z; of the two axes of a half turn the one is given whose first entry that is not
-    zero is positive.
+    The identity has axis Z; of the two axes of a half turn, the one whose first non-zero entry is positive is
+    returned.
 
     Examples
     --------

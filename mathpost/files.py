@@ -13,7 +13,7 @@ from mathpost.errors import NUMBER, InputError, OutputError
 
 written: list[Path] = []  # by this process
 
-# Where a spreadsheet program may begin a cell: it divides by the sign of its locale, whichever wrote the file.
+# Separators after which a spreadsheet program may begin a cell: it uses its locale's, whatever wrote the file.
 _DIVIDERS = ",;|\t\r\n\v\f\x85\u2028\u2029،؛，；、"
 _PASSED_OVER = r"[\s\"\x00-\x1f\x7f-\x9f\u00ad\u200b-\u200f\u2028-\u202e\u2060-\u2064\ufeff]*"
 _SIGNS = "=＝﹦+＋﹢\\-－﹣−@＠﹫"  # with which a formula begins, in all their widths
@@ -58,8 +58,8 @@ def write_text(path: Path | str, text: str, *, inputs: Iterable[Path | str] = ()
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
     """Return a table as CSV, with a mark that tells spreadsheet programs the encoding.
 
-    What would begin a formula, also where a text's own signs divide it (``eve;=1+1`` in a German Excel), has an
-    apostrophe before it, with which it is shown as it is. Numbers stay numbers.
+    An apostrophe is put before whatever would begin a formula, also after a separator within a text (``eve;=1+1``
+    in a German Excel), so that it is shown as it is. Numbers stay numbers.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def write_bytes(path: Path | str, content: bytes, *, inputs: Iterable[Path | str
     """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
 
     A temporary file in the same folder takes the place of `path` in one step, with the mode and the owner that the
-    file had. A link is followed. What is no regular file (a device, a pipe) or one of `inputs` is not replaced.
+    file had. A link is followed. Only regular files are replaced (no device, no pipe), and none of `inputs`.
     """
     path = Path(os.path.realpath(path))
     temporary = path.parent / f".{path.name}.{token_hex(4)}"
@@ -95,7 +95,7 @@ def write_bytes(path: Path | str, content: bytes, *, inputs: Iterable[Path | str
     except OSError as error:
         raise OutputError(f"{path}: not written, {error.strerror or error}") from None
     finally:
-        with suppress(OSError):  # it took the place, or was never there
+        with suppress(OSError):  # already moved into place, or never made
             temporary.unlink()
 
 

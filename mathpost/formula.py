@@ -19,7 +19,7 @@ SLICE = 16384  # elements that a formula works on at a time
 
 
 def from_angles(build: Callable, angles: Sequence[Any], degrees: bool) -> Any:
-    """Apply the symbolic `build`, a function of so many angles, to numbers, arrays or sympy expressions."""
+    """Apply the symbolic `build`, a function of the angles, to numbers, arrays or sympy expressions."""
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
     try:
@@ -58,7 +58,7 @@ def numeric(
     """
     shape = (len(expression),) if isinstance(expression, tuple) else getattr(expression, "shape", ())
     entries = list(expression if shape else [expression])
-    # To sort the terms, and to print the whole once more as a docstring, takes as long as all else.
+    # Sorting the terms and printing everything again as a docstring would take as long as all the rest.
     printer = NumPyPrinter({"fully_qualified_modules": False, "inline": True, "order": "none"})
     common = partial(shared, named=named)
     compiled = sp.lambdify(arguments, entries, "numpy", printer, cse=common, use_imps=False, docstring_limit=0)
@@ -90,12 +90,12 @@ def shared(
     symbols: Iterator[sp.Symbol] | None = None,
     named: Iterable[tuple[sp.Symbol, sp.Expr]] = (),
 ) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
-    """Take apart what expressions have in common: pairs of a symbol and its value, and the expressions in these.
+    """Return common subexpressions, as pairs of a symbol and its value, and the expressions written in these.
 
-    Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Two parts are the same if they are
-    equal once what they are made of is, or equal up to the sign: the second branch of an inverse takes the root and
-    the division of the first. Unlike `sympy.cse` it lets sympy simplify nothing again, which takes most of the
-    time there. Symbols that are `named`, pairs of a symbol and its meaning, give way to that.
+    Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Two parts are the same if
+    their operands are, or if they differ in sign only: the second branch of an inverse reuses the root and the
+    division of the first. Unlike `sympy.cse` it does not let sympy simplify again, which takes most of the time
+    there. `named`, pairs of a symbol and its meaning, are replaced by their meaning.
     """
     values = _Values(dict(named))
     results = [values.signed(sp.sympify(entry)) for entry in expressions]
@@ -106,7 +106,7 @@ Operand = tuple[int, int]  # a sign, and the number of a value
 
 
 class Operation(NamedTuple):
-    """A function of values before it, in their order; the exponent of a power."""
+    """A function of earlier values, in order; `exponent` is that of a power."""
 
     function: type[sp.Basic]
     operands: list[Operand]
@@ -114,7 +114,7 @@ class Operation(NamedTuple):
 
 
 class _Values:
-    """Values numbered as they are met, each a leaf or an operation on values before it (value numbering)."""
+    """Values numbered as they are met, each a leaf or an operation on earlier values (value numbering)."""
 
     ODD = (sp.sin, sp.tan, sp.asin, sp.atan)
 
@@ -125,7 +125,7 @@ class _Values:
         self.values: list[sp.Expr | Operation] = []  # by number
 
     def signed(self, expression: sp.Expr) -> Operand:
-        """The operand that an expression is."""
+        """Return an expression as an operand."""
         expression = self.meaning.get(expression, expression)
         if expression not in self.met:
             self.met[expression] = self._take(expression)
@@ -155,7 +155,7 @@ class _Values:
         return 1, self._operation(expression.func, operands)
 
     def _product(self, expression: sp.Expr) -> Operand:
-        """A product is its constant factor times the rest, which is a value of its own."""
+        """Return a product as its constant factor times the rest, which is a value of its own."""
         factor = _leaf(sp.Mul(*(part for part in expression.args if part.is_number)))
         operands = [self.signed(part) for part in expression.args if not part.is_number]
         sign = math.prod(each for each, _ in operands) * (-1 if factor.is_negative else 1)
@@ -194,7 +194,7 @@ class _Values:
             function, operands, exponent = value
             parts = [_with_sign(sign, expressions[operand]) for sign, operand in operands]
             parts += [exponent] * (exponent is not None)
-            is_value = issubclass(function, sp.Expr)  # no condition, no case of a Piecewise
+            is_value = issubclass(function, sp.Expr)  # not a condition or a case of a Piecewise
             expression = function(*parts, **({"evaluate": False} if is_value else {}))
             if uses[number] > 1 and is_value:
                 symbol = next(symbols)
@@ -221,7 +221,7 @@ def _with_sign(sign: int, expression: sp.Expr) -> sp.Expr:
 
 @cache
 def compiled(loop: Callable, *helpers: Callable) -> Callable:
-    """A loop that calls `helpers`, as machine code, cached if there is a folder for it; unchanged without Numba."""
+    """Compile a loop that calls `helpers`, cached if there is a folder for it; without Numba it stays as it is."""
     try:
         from numba import njit
         from numba.extending import register_jitable
@@ -231,7 +231,7 @@ def compiled(loop: Callable, *helpers: Callable) -> Callable:
         register_jitable(function)
     try:
         made = njit(cache=True, error_model="numpy")(loop)
-    except RuntimeError:  # neither here nor in the home folder
+    except RuntimeError:  # no cache folder, neither here nor at home
         made = njit(error_model="numpy")(loop)
     if made is loop:  # Numba is told to compile nothing
         return loop

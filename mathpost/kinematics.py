@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from mathpost.machine import Machine
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
-PRINTED = 2e-6  # radians, by which six printed decimals take a tool axis off the only ones that one joint makes
+PRINTED = 2e-6  # radians by which six printed decimals take a tool axis off those that a single joint can make
 AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any workpiece-side angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
@@ -56,7 +56,7 @@ class Inverse:
     solutions: tuple[sp.Expr, ...]
     turn: tuple[sp.Expr, ...]  # the workpiece-side angle is atan2 of these two, given the tool-side one
     linear: tuple[sp.Expr, ...]  # programmed X Y Z, given the tip and both rotary angles
-    # The end of the workpiece-side axis, there, nearest to the tool where both solutions meet:
+    # The end of the workpiece-side axis, in the workpiece, that the tool points to where both solutions meet:
     pole: tuple[sp.Expr, ...]
     reach: tuple[sp.Expr, ...]  # smallest and greatest angle between the tool axis and the pole
 
@@ -113,7 +113,7 @@ def _close_the_loop(machine: Machine, data: Geometry, tip: tuple[sp.Symbol, ...]
     links, symbols = chain.links(machine), chain.joint_symbols(machine)
     slides = [link.name for link in links].index("linear")
     from_workpiece = sp.Matrix([*(data.origin + sp.Matrix(tip)), 1])
-    for link in links[1:slides]:  # a table's turn run through forwards
+    for link in links[1:slides]:  # a table's turn, traversed forwards
         turned = link.matrix.xreplace({angle: -angle for angle in symbols[3:]})
         from_workpiece = chain.product((turned, from_workpiece))
     from_tool = chain.product(link.matrix for link in links[slides:])[:, 3]
@@ -121,14 +121,14 @@ def _close_the_loop(machine: Machine, data: Geometry, tip: tuple[sp.Symbol, ...]
 
 
 class ForwardKinematics(Protocol):
-    """What takes joints to poses: `Kinematics`, or a machine as it was measured, errors and all.
+    """Maps joints to poses: `Kinematics`, or a measured machine with its errors.
 
-    That is `mathpost.compensate.compensation.Compensator`. A proof asks for no more.
+    The latter is `mathpost.compensate.compensation.Compensator`. A proof needs nothing else.
     """
 
     @property
     def machine(self) -> Machine:
-        """The machine whose joints they are."""
+        """The machine that the joints belong to."""
 
     def forward(self, joints: ArrayLike, /) -> tuple[np.ndarray, np.ndarray]:
         """Return tip and tool axis, (..., 3) each, at joints (..., j), mm and radians."""
@@ -188,7 +188,7 @@ class Kinematics:
         ----------
         joints : array_like, shape (..., 5), or (..., 4) with one rotary axis
             Programmed X, Y, Z in mm and the rotary angles in the order of the machine file; `InputError` is raised
-            for what is not finite numbers.
+            unless they are finite numbers.
         degrees : bool, keyword only
             Whether the rotary angles are in degrees instead of radians.
 
@@ -211,7 +211,7 @@ class Kinematics:
             Tool tip in the workpiece, mm.
         axis : array_like, shape (..., 3)
             Direction from the tip towards the spindle, in the workpiece, of any length above zero; `InputError` is
-            raised for none, and for what is not finite numbers.
+            raised for length zero and for anything but finite numbers.
         degrees : bool, keyword only
             Whether the rotary angles are returned in degrees instead of radians.
 
@@ -221,7 +221,7 @@ class Kinematics:
             X, Y, Z in mm and the rotary angles in (−180°, 180°], in the order of the machine file. The first
             branch has the tool-side angle at the middle of its range plus an angle, the second minus the same.
             NaN where the tool axis is out of reach. At the pole, where each workpiece-side angle is right, it is 0.
-            One rotary axis makes a tool axis in one position: the second branch is NaN.
+            With one rotary axis a tool axis has one position: the second branch is NaN.
         """
         tips, axes = np.broadcast_arrays(as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis")))
         poses, shape = tips.shape[:-1], (2, len(self.symbols))

@@ -39,7 +39,7 @@ class Rotary:
     name: str  # the address of its NC word, such as "B"
     carries: str  # "workpiece" or "tool"
     axis: tuple[float, ...]  # direction at rotary zero as the file gives it, not yet of unit length
-    point: tuple[float, ...]  # any on the axis
+    point: tuple[float, ...]  # any point on the axis
     limits: tuple[float, ...] = ENDLESS  # travel, radians
     max_rate: float | None = None  # radians per second
     max_acceleration: float | None = None  # radians per second squared
@@ -58,9 +58,9 @@ class Rotary:
         return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
 
     def turns(self, angle: float, present: float = 0.0) -> list[float]:
-        """Return `angle` in every whole turn inside travel, degrees, the nearest to `present` first.
+        """Return `angle` plus each number of turns that is inside travel, degrees, the nearest to `present` first.
 
-        At most `MOST_TURNS` to either side. Without an end of travel, or outside of it, the angle itself alone.
+        At most `MOST_TURNS` to either side; the angle alone if travel has no end, or if nothing is inside it.
 
         Examples
         --------
@@ -80,7 +80,7 @@ class Rotary:
 class Linear:
     """Travel (mm), greatest rate (mm/s) and acceleration (mm/s²) of a linear axis, and what its slide carries.
 
-    `carries` matters to drawings and errors: the words move the tool in the workpiece, whichever of them moves.
+    `carries` matters to drawings and errors only: NC words move the tool in the workpiece, whichever part moves.
     """
 
     name: str
@@ -101,11 +101,11 @@ class Machine:
     source: str
     rotary: tuple[Rotary, ...]  # the workpiece side from the bed outwards, then the tool side from the bed outwards
     linear: tuple[Linear, ...]  # X, Y, Z
-    # Of the workpiece, in machine coordinates at rotary zero, mm; programmed X Y Z count from it:
+    # The workpiece's origin, in machine coordinates at rotary zero, mm; programmed X Y Z count from it:
     origin: tuple[float, ...]
     tool_axis: tuple[float, ...]  # from the tip towards the spindle, at rotary zero; not yet of unit length
     tool_length: float  # spindle nose to tip, mm
-    # Of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose:
+    # The point of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose:
     programmed_point: str | tuple[float, ...]
     # What the limits of X Y Z refer to: "slides", in machine coordinates (the position of a slide is its word, plus
     # the origin, plus the tool where the word names the tip), or "words".
@@ -117,10 +117,9 @@ class Machine:
     program_head: tuple[str, ...] = ()
     program_foot: tuple[str, ...] = ()
     tool_change: tuple[str, ...] = ()
-    # Where all axes may turn freely, X Y Z as in `limits_of`, None for one that may be anywhere; or not known.
+    # Where rotary axes may turn freely, X Y Z as in `limits_of`, None for one that may be anywhere; or not known.
     safe: tuple[float | None, float | None, float] | None = None
-    # Numbers of the control's work offsets, from 1: the one whose origin `origin` is, if that is stated, and others
-    # with theirs.
+    # Work offsets of the control, numbered from 1: the one that has `origin`, if stated, and others with theirs.
     offset: int | None = None
     offsets: tuple[tuple[int, tuple[float, float, float]], ...] = ()
 
@@ -156,12 +155,12 @@ class Machine:
 
     @property
     def ends(self) -> np.ndarray:
-        """`limits`, widened by what a joint may exceed them by rounding: the one place that says so."""
+        """`limits`, widened by the rounding error that a joint may exceed them by."""
         return _widened(self.limits)
 
     @property
     def endless(self) -> np.ndarray:
-        """Which of the k joints are rotary axes without an end of travel, shape (k,)."""
+        """Whether each of the k joints is a rotary axis without an end of travel, shape (k,)."""
         return ~np.isfinite(self.limits).all(axis=1) & (np.arange(len(self.joint_names)) > 2)
 
     def within(self, joints: ArrayLike) -> np.ndarray:
@@ -307,7 +306,7 @@ def _rotary(table: TomlTable) -> Rotary:
 def _joint(
     table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carries: str, **more: tuple[float, ...]
 ) -> AnyJoint:
-    """What both kinds of joint have, given in `unit`; `carries` is what it carries if the table does not say."""
+    """Read a joint of either kind, given in `unit`; `carries` is the default of that key."""
     scale = math.radians if unit == "degrees" else float
 
     def rate(key: str, expected: str) -> float | None:
@@ -327,7 +326,7 @@ def _joint(
 
 
 def _check_arrangement(machine: Machine, where: str) -> None:
-    """Refuse what no machine can be although every key is well formed."""
+    """Refuse a machine that cannot exist although every key is well formed."""
     if len(machine.rotary) == 1:
         return
     first, second = machine.rotary
@@ -337,7 +336,7 @@ def _check_arrangement(machine: Machine, where: str) -> None:
         raise InputError(f"{where}, [[rotary]]", "the workpiece side before the tool side", "the tool side first")
     if _parallel(first.axis, second.axis):
         raise InputError(f"{where}, rotary 2 ({second.name}), axis", "not parallel to the first", f"{second.axis}")
-    # Seen from the tool, the first rotary axis must tilt the tool: turning it about itself moves nothing.
+    # Seen from the tool, the first rotary axis must tilt the tool: turning the tool about itself moves nothing.
     tool_side = first if second.carries == "workpiece" else second
     if _parallel(tool_side.axis, machine.tool_axis):
         expected = f"not parallel to the tool axis, or {tool_side.name} cannot tilt the tool"

@@ -14,7 +14,7 @@ from mathpost.errors import InputError, as_array
 
 ACTIVE = {"X": rot_ccw_axis1, "Y": rot_ccw_axis2, "Z": rot_ccw_axis3}
 PASSIVE = {"X": rot_axis1, "Y": rot_axis2, "Z": rot_axis3}
-ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
+ORTHONORMAL = 2e-6  # error of an orthonormal matrix printed with six decimals
 SHORTEST = 1e-9  # a vector no longer than this has no direction
 
 
@@ -65,7 +65,7 @@ def unit(vectors: ArrayLike, where: str = "axis") -> np.ndarray:
 
 
 def wrap(angles: ArrayLike, turn: float = 360.0) -> np.ndarray:
-    """Return `angles` less whole turns, in (−turn/2, turn/2]; what is 1e-12 turns above the open end is the other.
+    """Return `angles` less whole turns, in (−turn/2, turn/2]; within 1e-12 turns of the open end, the other end.
 
     Examples
     --------

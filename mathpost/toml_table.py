@@ -10,7 +10,7 @@ from typing import Any
 from mathpost.errors import InputError
 from mathpost.files import read_text
 
-LARGEST = 1e9  # of any number
+LARGEST = 1e9  # absolute value of a number
 
 
 def read_toml(path: Path | str) -> dict[str, Any]:
@@ -23,7 +23,7 @@ def read_toml(path: Path | str) -> dict[str, Any]:
 
 
 class TomlTable:
-    """A TOML table that is emptied key by key, so that what is left over is a key nobody knows."""
+    """A TOML table that is emptied key by key, so that any key left over is unknown."""
 
     def __init__(self, content: dict[str, Any] | None, where: str) -> None:
         if not isinstance(content, dict):
@@ -54,7 +54,7 @@ class TomlTable:
 
 
 def only_if(holds: Callable, read: Callable = lambda value: value) -> Callable:
-    """A reader of what `holds` of once it has been read."""
+    """A reader that refuses a value unless `holds` is true of what `read` makes of it."""
 
     def checked(value: Any) -> Any:
         if not holds(found := read(value)):

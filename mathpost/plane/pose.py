@@ -21,7 +21,7 @@ CONTROLS: dict[str, Callable] = {
     "Siemens _DIR -1": lambda alignment, present: positioning.siemens(alignment, present, -1),
     "Siemens _DIR +1": lambda alignment, present: positioning.siemens(alignment, present, 1),
 }
-SAME = 1e-9  # radians between two positions that are one
+SAME = 1e-9  # radians: positions nearer than this are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Position:
 
 @dataclass(frozen=True)
 class Taken:
-    """What a control does: the rotary angles that it goes to, in degrees, and why; no angles if it refuses."""
+    """The rotary angles that a control goes to, in degrees, and why; no angles if it refuses."""
 
     angles: np.ndarray | None
     why: str
@@ -98,7 +98,7 @@ def positions(
 
 
 def taken(kinematics: Kinematics, axis: np.ndarray, present: ArrayLike | None = None) -> dict[str, Taken]:
-    """Return what each control takes for a tool axis from the rotary angles `present`, degrees, by default 0.
+    """Return the angles that each control takes for a tool axis, from the rotary angles `present`, by default 0.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def taken(kinematics: Kinematics, axis: np.ndarray, present: ArrayLike | None = 
 
 
 def as_data(kinematics: Kinematics, found: dict[str, Taken]) -> dict[str, dict[str, Any]]:
-    """What the controls take as plain data, for JSON."""
+    """Return the result of `taken` as plain data, for JSON."""
     names = kinematics.machine.joint_names[3:]
 
     def angles(each: Taken) -> dict[str, float] | None:
@@ -129,6 +129,6 @@ def as_data(kinematics: Kinematics, found: dict[str, Taken]) -> dict[str, dict[s
 
 
 def _feature(tip: ArrayLike, axis: ArrayLike) -> Frame:
-    """A feature with its Z along the tool axis; where its X is does not matter here."""
+    """A feature with its Z along the tool axis; its X is arbitrary."""
     z = unit(as_array(axis, 3, "axis"))
     return Frame.from_axes(z, np.eye(3)[np.abs(z).argmin()], tip, "WCS", "feature")

@@ -47,7 +47,7 @@ class Solution:
 
     @property
     def parallel(self) -> list[tuple[str, str]]:
-        """Pairs of a linear axis and the feature's that it is parallel to; source 000 asks for one with X or Y."""
+        """Pairs of a linear axis and the feature's axis parallel to it; source 000 asks for one with X or Y."""
         slides, axes = self.slides.T, self.feature.rotation.T
         sines = np.linalg.norm(np.cross(slides[:, None], axes), axis=-1)
         return [("XYZ"[linear], "XYZ"[axis]) for linear, axis in np.argwhere(sines < PARALLEL)]
@@ -74,15 +74,13 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """All positions, as of `Kinematics.inverse`, that put the tool along the Z of one feature on a machine."""
+    """All positions, as from `Kinematics.inverse`, that put the tool along the Z of one feature on a machine."""
 
     feature: Frame
     machine: Machine
-    positions: (
-        np.ndarray
-    )  # the rotary angles of both, shape (2, 2), degrees; where they are one, both are it; or (1, 1)
-    workpiece_side: int  # which of the rotary angles is that of the axis next to the workpiece
-    tool_side: int  # and next to the tool, the same where there is one
+    positions: np.ndarray  # rotary angles of both, equal if they coincide, degrees, shape (2, 2); one axis: (1, 1)
+    workpiece_side: int  # index, among the rotary axes, of the one next to the workpiece
+    tool_side: int  # and of the one next to the tool; the same if there is only one
     free: bool  # the workpiece-side axis is parallel to the feature's Z and its angle arbitrary; it is given as 0
 
     def at(self, angles: ArrayLike) -> Solution:
@@ -140,7 +138,7 @@ def align(feature: Frame, machine: Machine | Kinematics) -> Alignment:
 
 
 def beyond_travel(machine: Machine, angles: Iterable[float]) -> str:
-    """Say which rotary axis can reach its angle (degrees) in no winding; empty if all can."""
+    """Say which rotary axis cannot reach its angle (degrees) in any winding; empty if all can."""
     for rotary, angle in zip(machine.rotary, angles, strict=True):
         if np.isnan(rotary.nearest_turn(angle)):
             low, high = np.degrees(rotary.limits)
@@ -239,10 +237,10 @@ def _choose(
     turn_table: bool = False,
     alone: str = ALONE,
 ) -> Solution:
-    """The position with the least of the first clause that differs, moved by whole turns towards `present`.
+    """Return the position with the least measure by the first clause that differs, turned towards `present`.
 
-    `clauses` are words and what they measure, of the angles and how far they are from `present`; `alone` says why,
-    if nothing else is left to choose from.
+    `clauses` maps words to a measure of the angles and of the motion from `present`; `alone` is the reason given
+    if only one position is left.
     """
     rotary = alignment.machine.rotary
     present = as_array(present, len(rotary), "present")

@@ -46,8 +46,8 @@ class Plane:
 
     In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what remains about the new Z.
     The two vectors of a PLANE VECTOR have any length above zero. If they are not perpendicular, ``keep="N"`` keeps
-    the normal and takes from B what lies in the plane, ``keep="B"`` keeps the base vector; without it `InputError`
-    says by how much, as it refuses what is no plane.
+    the normal and takes from B what lies in the plane, ``keep="B"`` keeps the base vector; without it they are
+    refused with an `InputError` that says by how much.
 
     Examples
     --------
@@ -119,7 +119,7 @@ class Plane:
 
     @property
     def note(self) -> str:
-        """What was done at the lock, in words; empty if nothing had to be."""
+        """A sentence on what was chosen at the lock; empty away from it."""
         if not np.any(self.locked):
             return ""
         about = NOTATIONS[self.notation]

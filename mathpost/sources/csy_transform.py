@@ -112,7 +112,7 @@ class CsyTransform:
         return self.frame.inverse().point(points)
 
     def forward_direction(self, directions: ArrayLike) -> np.ndarray:
-        """Return the part components of directions given in the machine, shape (..., 3): no origin in it."""
+        """Return the part components of directions given in the machine, shape (..., 3), without the origin."""
         return self.frame.direction(directions)
 
     def inverse_direction(self, directions: ArrayLike) -> np.ndarray:

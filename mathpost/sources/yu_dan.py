@@ -1,4 +1,4 @@
-"""The method of source 002 (Yu Dan et al.), step by step; each step returns what it decides by.
+"""The method of source 002 (Yu Dan et al.), step by step; each step returns the numbers it decides by.
 
 Section 1.2 chooses the rotary angles: `cases`, `turns`, and `choose` by both. Section 1.3 smooths them through a
 singular region: `end_slopes`, `hermite` or `clamped`, `smooth`, and `lifted` for the retract.
@@ -47,7 +47,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Turn:
-    """What the C ± 2π rule compares for one record: Δ₁ for its angle, Δ₂ for that a turn away; radians."""
+    """The C ± 2π rule at one record: it compares Δ₁, of the angle, with Δ₂, of the angle a turn away; radians."""
 
     angle: float
     turned: float
@@ -95,9 +95,9 @@ def cases(kin: Kinematics, cl: CLData, prefer: int) -> list[Case]:
 
 
 def turns(angles: np.ndarray) -> list[Turn]:
-    """The `Turn` of each workpiece-side angle (radians) between the first and the last.
+    """Return the `Turn` of each workpiece-side angle (radians) between the first and the last.
 
-    The next angle has not been corrected by then, as in the paper: an even walk across ±180° stays broken.
+    As in the paper, the next angle is not yet corrected: a steady motion across ±180° stays broken.
     """
     corrected = [float(angle) for angle in angles]
     found: list[Turn] = []
@@ -133,7 +133,7 @@ def four_records(joints: np.ndarray, region: tuple[int, int]) -> np.ndarray:
 
 
 def end_slopes(rows: np.ndarray, dt: tuple[float, float] = (1.0, 1.0)) -> tuple[np.ndarray, np.ndarray]:
-    """Return k₁ and k₂ of equation (7), what changes per unit of the virtual time into and out of the region.
+    """Return k₁ and k₂ of equation (7), the changes per unit of virtual time into and out of the region.
 
     `rows`, shape (4, ...), is M from `four_records`; `dt` the virtual time from s − 1 to s and from e to e + 1.
     """
@@ -190,7 +190,7 @@ def smooth(
     *,
     dt: tuple[float, float] = (1.0, 1.0),
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
+    """Put `n` points, evenly spaced in virtual time, into a region: angles on the cubic, X Y Z recomputed.
 
     `joints`, shape (m, 5), are those of all records, mm and radians; `region` is the first and the last record,
     from 0. Returns the virtual time (n + 2,), in records, and joints (n + 2, 5).
@@ -202,7 +202,7 @@ def smooth(
 
 
 def lifted(kin: Kinematics, joints: ArrayLike, clearance: float | np.ndarray) -> np.ndarray:
-    """Return joints (..., 5), the tip moved by `clearance` (ΔA, mm) along the tool axis: (9), or back (10)."""
+    """Return joints (..., 5), the tip moved by `clearance` (ΔA, mm) along the tool axis: (9), or (10) back."""
     tip, axis = kin.forward(joints)
     return kin.close(tip + clearance * axis, np.asarray(joints)[..., 3:])
 
