@@ -132,8 +132,8 @@ def accuracy(runs: Runs) -> Accuracy:
 def commands(error: Curve, targets: ArrayLike) -> np.ndarray:
     """Return the angles to command so that the axis arrives at `targets`, degrees: target minus error.
 
-    `error` is a `mathpost.measure.spline.Curve`, seconds of arc over degrees. It is taken at the target, as a
-    control's table does: where the command goes it differs by some thousandths of a second of arc.
+    `error` is a `mathpost.measure.spline.Curve`, seconds of arc over degrees. It is taken at the target, as in a
+    control's table; at the command it would differ by some thousandths of a second of arc.
     """
     targets = np.asarray(targets, dtype=float)
     return targets - error(targets) / ARCSECONDS

@@ -8,7 +8,7 @@ reading to a line::
     angle,x,y,remark
     0,16,4,table warm
 
-Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
+Files are read as programs write them: with a byte order mark, in UTF-8, GBK or Windows-1252, with commas,
 or with semicolons, tabs, bars or spaces and decimal commas; with lines before the column names and after the
 readings, commas at the ends of lines, columns of times, temperatures, numbers and remarks. `Table.notes` say what
 was not read. Columns may have the names of data/measurements/words.toml. A unit may follow a column's name,
@@ -35,9 +35,9 @@ SHOWN = 12  # columns that a message lists
 COMMENT = ("#", "%", "//")
 MINUS = str.maketrans(dict.fromkeys("−–‐－", "-"))  # as word processors write it
 PREAMBLE, WIDEST = 200, 300  # lines before the column names, and columns, at most
-MARKS = ",;\t|"  # between cells; else blanks
+MARKS = ",;\t|"  # between cells; otherwise blanks
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make
-# What a setting looks like; behind a colon only two words, or it is a sentence.
+# Pattern of a setting; after a colon at most two words, or it is a sentence.
 SETTING = re.compile(r"(unit \S+|\w+)\s*(?:=\s*(.*)|[:,;\t]\s*(\S+(?: \S+)?))")
 
 Row = tuple[int, list[str]]  # the number of a line, and its cells
@@ -63,7 +63,7 @@ class Table(dict[str, Any]):
         return f"{self.path}, line {self.lines[row]}, column {name!r}"
 
     def refuse(self, expected: str, found: str | None = "") -> NoReturn:
-        """Raise `InputError` for what the file as a whole says, or lacks."""
+        """Raise `InputError` for the file as a whole, at its header."""
         raise InputError(self.header, expected, found or "none") from None
 
     def need(self, names: Iterable[str], expected: str) -> None:
@@ -115,8 +115,8 @@ class Table(dict[str, Any]):
     def unit(self, name: str, kind: str, default: str | None = None) -> float:
         """Return the size of the unit of column `name`, in mm or radians; of a dial division if that is stated.
 
-        `kind` is ``"length"`` or ``"angle"``; `default` the unit if the file states none. Without one it is asked
-        for.
+        `kind` is ``"length"`` or ``"angle"``; `default` the unit if the file states none. Without one `InputError`
+        asks for it.
         """
         stated = self.settings.get(f"unit {name}") or self.settings.get("unit") or default
         units = ", ".join(each[0] for each, (measures, _) in UNITS.items() if measures == kind)
@@ -146,10 +146,9 @@ def read(
 ) -> Table:
     """Read a CSV file as a `Table`.
 
-    `columns` must be there, in any order, `optional` ones may be, those of `text` hold words; `also` takes other
-    headers, such as ``"C"``, to the columns that they mean. `InputError` with file, line and column if the file
-    cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a
-    finite number.
+    `columns` are required, in any order, `optional` ones are allowed, those in `text` contain words; `also` maps
+    other headers, such as ``"C"``, to columns. `InputError` with file, line and column if the file cannot be read,
+    has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a finite number.
     """
     lines = scan(path)
     return parse(lines, columns, optional=optional, text=text, also=also)
@@ -157,7 +156,7 @@ def read(
 
 @dataclass(frozen=True)
 class Lines:
-    """The lines of a file that are no comments, with their numbers, and the settings of all."""
+    """The lines of a file that are not comments, with their numbers, and the settings of all lines."""
 
     path: str
     lines: tuple[tuple[int, str], ...]  # number, text
@@ -192,7 +191,7 @@ def parse(
     text: Sequence[str] = (),
     also: dict[str, str] | None = None,
 ) -> Table:
-    """Bring `Lines` to a `Table`: parameters as in `read`."""
+    """Parse `Lines` into a `Table`; parameters as in `read`."""
     table, wanted = Table(found.path), (*columns, *optional)
     table.settings = dict(found.settings)
     known = Names(wanted, also)
@@ -254,7 +253,7 @@ def _cells(line: str, mark: str) -> list[str]:
 
 
 def _header(lines: Sequence[tuple[int, str]], known: Names) -> tuple[int, str]:
-    """Which of the lines names the columns, and the mark between them: the first with two that are wanted."""
+    """Return the index of the line that names the columns, the first with two wanted ones, and its mark."""
     for index, (_, line) in enumerate(lines[:PREAMBLE]):
         for mark in sorted(MARKS, key=line.count, reverse=True):
             names = _cells(line, mark)[:WIDEST]
@@ -275,14 +274,14 @@ def _reads(cell: str) -> re.Match[str] | None:
 
 
 def _without_footer(rows: list[Row], column: int) -> tuple[list[Row], int]:
-    """The rows without those at the end that have no number in `column`, and how many these are."""
+    """Return the rows up to the last with a number in `column`, and how many follow it."""
     reading = [n for n, (_, cells) in enumerate(rows) if len(cells) > column and _reads(cells[column])]
     last = max(reading, default=len(rows) - 1)
     return rows[: last + 1], len(rows) - last - 1
 
 
 def _obey_units_below(table: Table, names: Sequence[str], rows: list[Row]) -> list[Row]:
-    """Take a line of units below the names for what it says; the other rows."""
+    """Record the units of a line below the names, if there is one, and return the other rows."""
     stated = [cell.strip("()[]（） ") for cell in rows[0][1]]
     if len(stated) != len(names) or not any(stated) or not all(measure(cell)[0] or cell in "-" for cell in stated):
         return rows
@@ -293,7 +292,7 @@ def _obey_units_below(table: Table, names: Sequence[str], rows: list[Row]) -> li
 
 
 def _obey_unit_in_cells(table: Table, name: str) -> None:
-    """Take the unit in every cell of a column for the column's."""
+    """Record a unit that every cell of a column repeats, and drop it from the cells."""
     cells = [cell.translate(MINUS)[:LONGEST] for cell in table[name]]
     found = [re.fullmatch(rf"({NUMBER}(?:[eE][-+]?\d+)?)\s*(\D.*)", cell) for cell in cells]
     read = [each for each in found if each]
@@ -304,19 +303,19 @@ def _obey_unit_in_cells(table: Table, name: str) -> None:
 
 
 def _state(table: Table, where: str, name: str, unit: str) -> None:
-    """Note the unit of a column; a second one that differs is refused."""
+    """Record the unit of a column; a different second one is refused."""
     before = table.settings.setdefault(f"unit {name}", unit)
     if measure(before) != measure(unit):
         raise InputError(f"{table.path}, {where}, column {name!r}", f"the unit {before}, as its name has it", unit)
 
 
 def _text(path: Path | str) -> str:
-    """The text of a file in UTF-8 or UTF-16 with its mark, in UTF-8, in GBK, or in the letters of Windows."""
+    """The text of a file in UTF-8 or UTF-16 with its mark, in UTF-8, in GBK, or in Windows-1252."""
     content = read_bytes(path)
     if content.startswith(b"PK\x03\x04"):
         raise InputError(str(path), "text (a workbook? save its sheet as CSV)", "a packed file")
     marked = content.startswith((b"\xff\xfe", b"\xfe\xff"))
-    # Chinese letters are two bytes of which the second is high, too, in all but rare ones; µ and ° are single.
+    # A Chinese letter is two bytes, the second high too in all but rare ones; µ and ° are single bytes.
     eastern = re.search(rb"[\x81-\xfe]{2}", content)
     encodings = ("utf-16",) if marked else ("utf-8-sig", "gb18030" if eastern else "cp1252")
     for encoding in encodings:
@@ -328,7 +327,7 @@ def _text(path: Path | str) -> str:
 
 
 def _check_names(table: Table, cells: list[str], columns: Sequence[str], known: Names) -> list[str]:
-    """The names of the columns; a unit behind a name goes to the settings."""
+    """Return the names of the columns; a unit after a name goes to the settings."""
     while cells and not cells[-1]:  # commas at the ends of lines
         cells.pop()
     names, wanted = [], known.wanted

@@ -1,4 +1,4 @@
-"""A tool other than the one that the CL data were made for: what it does to the part, and how to make up for it.
+"""The effect of a tool other than the one that the CL data were made for, and how to compensate it.
 
 A cutter is a disc with a rounded rim: ball (rim radius = half the diameter), flat (rim radius 0) or bull nose in
 between. It touches the surface where its rim has the surface's normal: contact point, normal and tool axis give the
@@ -50,7 +50,7 @@ class Cutter:
 def tip_symbolic() -> sp.Matrix:
     """Return tip minus contact point, 3×1, for surface normal n, tool axis (i, j, k), radius R and rim radius r.
 
-    r·n + (R − r)·m − r·a, where m is the part of n square to the axis a, brought to length 1 by s = |n × a|.
+    r·n + (R − r)·m − r·a, where m is the part of n square to the axis a, scaled to length 1 by s = |n × a|.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def tip_from_contact(cutter: Cutter, normal: ArrayLike, axis: ArrayLike) -> np.n
     """Return the tool tip minus the contact point, shape (..., 3), mm.
 
     `normal`, out of the part, and `axis`, from the tip towards the spindle, have the shape (..., 3) and any length.
-    Where they are one the flat bottom touches everywhere, and its middle is returned. `InputError` if a normal
+    Where they coincide the flat bottom touches everywhere, and its middle is returned. `InputError` if a normal
     points away from the cutter.
 
     Examples

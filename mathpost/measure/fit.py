@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from mathpost.measure.csv_table import Table
 
 SINGULAR = 1e-8  # of the greatest singular value: below it a combination of unknowns leaves no trace in readings
-SHARE = 1e-6  # of an unknown in such a combination, below which it has no part in it
+SHARE = 1e-6  # of an unknown in such a combination, below which it is not part of it
 
 Compiled = tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]  # of expressions: values and derivatives
 
 
 @dataclass(frozen=True)
 class Value:
-    """A number found from readings: `value` ± `U` (95 %), which is k deviations with their degrees of `freedom`."""
+    """A number found from readings: `value` ± `U` (95 %), k standard deviations, with the degrees of `freedom`."""
 
     value: float
     deviation: float
@@ -54,13 +54,13 @@ class Value:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What the readings say about the unknowns; mm and radians.
+    """The unknowns as the readings determine them; mm and radians.
 
     `noise` is the standard deviation of a reading as the residuals show it, NaN without spare ones, in units of the
     stated sigma if there is one: well above 1 means that something is not in the model.
     """
 
-    values: dict[str, float]  # of unknowns, as ``estimate[name]`` has them
+    values: dict[str, float]  # by unknown, as ``estimate[name]`` returns them
     covariance: np.ndarray  # in the same order; NaN if no sigma was stated and no reading is to spare
     residuals: dict[str, np.ndarray]  # of readings: measured minus explained
     spare: int  # readings minus unknowns
@@ -117,10 +117,10 @@ class Measurement:
     def predict(
         self, values: Mapping[str, float], settings: Mapping[str, ArrayLike], *, degrees: bool = False
     ) -> dict[str, np.ndarray]:
-        """Return what would be read, without noise: reading to an array.
+        """Return the readings without noise, as a dict of arrays.
 
-        `values` takes unknowns to numbers, those left out are zero, `settings` settings to numbers or arrays, which
-        are broadcast; `degrees` is for the angle among them.
+        `values` maps unknowns to numbers (0 if left out), `settings` settings to numbers or arrays, which are
+        broadcast; `degrees` is for the angle among them.
         """
         predict, _ = self._compiled(self.readings, self.unknowns)
         predicted = predict(*self._all(values), *self._settings(settings, degrees))
@@ -169,12 +169,12 @@ class Measurement:
     ) -> Estimate:
         """Return the least-squares `Estimate` of the unknowns.
 
-        `data`, a dict or what `read` returned, takes a setting to a number or an array, and a reading to an array,
-        shape (n,). Of the readings only some need be there; an unknown that none of those depends on is left out.
+        `data`, a dict or the result of `read`, maps a setting to a number or an array, and a reading to an array,
+        shape (n,). Some of the readings are enough; an unknown that none of these depends on is left out.
         `degrees` is for the angle; that of a file always is in degrees. `sigma` is the standard deviation of a
-        reading, mm: without it the residuals supply it, poorly if few are to spare. `known` takes unknowns that are
+        reading, mm: without it the residuals supply it, poorly if few are to spare. `known` maps unknowns that are
         not sought to their values. `InputError` if the readings leave unknowns undetermined: it says which, and
-        what would tell them.
+        which readings would determine them.
         """
         known = known or {}
         if sigma is not None and not 0 < sigma < np.inf:
@@ -266,7 +266,7 @@ def least_squares(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
-    Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do. `evaluate` takes the
+    Gauss–Newton: formulas of small errors are nearly linear, so two or three steps suffice. `evaluate` maps the
     values to the predicted readings, shape (n,), and their derivatives, (n, unknowns).
     """
     x = start
@@ -275,7 +275,7 @@ def least_squares(
         jacobian = derivatives / sigmas[:, None]
         lengths = _lengths(jacobian)
         q, r = np.linalg.qr(jacobian / lengths)
-        if np.abs(r.diagonal()).min() <= SINGULAR:  # the part of a column that the ones before it do not explain
+        if np.abs(r.diagonal()).min() <= SINGULAR:  # the part of a column that those before it do not explain
             break
         inverse = np.linalg.inv(r) / lengths[:, None]
         step = inverse @ (q.T @ ((readings - predicted) / sigmas))
@@ -311,14 +311,14 @@ def check_told_apart(
 
 
 def undetermined(matrix: np.ndarray, names: Sequence[str]) -> list[list[str]]:
-    """The unknowns that readings leave open, in groups whose members can stand in for each other.
+    """Return the unknowns that readings leave open, in groups whose members can replace each other.
 
     A group of one is an unknown that leaves no trace at all.
     """
     _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
     # The projector on the null space: 1 on the diagonal for an unknown without a trace, less for one that others
-    # can stand in for, 0 for one that is determined. Off the diagonal: which others.
+    # can replace, 0 for one that is determined. Off the diagonal: which others.
     projector = np.abs(vt[rank:].T @ vt[rank:])
     groups: dict[int, list[str]] = {}
     if rank < len(names):
@@ -338,6 +338,6 @@ def _compiled(
 
 
 def _lengths(matrix: np.ndarray) -> np.ndarray:
-    """The columns' lengths, 1 for a column of nothing but rounding."""
+    """The lengths of the columns, 1 for a column that is only rounding."""
     lengths = np.linalg.norm(matrix, axis=0)
     return np.where(lengths > 1e-13 * max(1.0, lengths.max()), lengths, 1.0)

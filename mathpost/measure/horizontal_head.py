@@ -29,11 +29,11 @@ CPOS, UZZ = sp.symbols("CPOS U_ZZ", real=True)
 
 @dataclass(frozen=True)
 class Head:
-    """A horizontal head: its measured vectors, and which way it turns."""
+    """A horizontal head: its measured vectors and its sense of rotation."""
 
     angles: tuple[float, ...]  # at which it is indexed
     vectors: np.ndarray  # U at each, shape (n, 3), mm
-    sense: int = -1  # if it turns clockwise seen from +Z as its angle grows, as the source's does, else +1
+    sense: int = -1  # -1: clockwise seen from +Z as its angle grows, as in the source; otherwise +1
     zero: float = 0.0  # where Z′ points at angle 0, degrees from +X towards +Y
 
     def vector(self, angle: float) -> np.ndarray:
@@ -58,7 +58,7 @@ class Head:
 
 @dataclass(frozen=True, eq=False)
 class HeadFrame(Frame):
-    """What `lhy` sets on top of the active work offset: X′ Y′ Z′ in the machine, and the Siemens blocks."""
+    """The frame X′ Y′ Z′ that `lhy` sets on top of the active work offset, and its Siemens blocks."""
 
     block: str = ""
 
@@ -92,7 +92,7 @@ def read_head(path: Path | str, *, sense: int = -1, zero: float = 0.0) -> Head:
 
 
 def lhyset(head: Head, x: float, y: float, z: float) -> np.ndarray:
-    """Return U_LHY, shape (3,): what takes the offset as measured back to the vertical head.
+    """Return U_LHY, shape (3,): the correction that takes the measured offset back to the vertical head.
 
     `x`, `y`, `z` are the head's angles when these axes of the work offset were measured, or `VERTICAL`.
     """
@@ -122,7 +122,7 @@ def lhy(head: Head, correction: ArrayLike, angle: float) -> HeadFrame:
 
 
 def opposite_errors(head: Head) -> dict[float, np.ndarray]:
-    """Return what the OEM's rule leaves, which measures one side and flips the signs of x and y for the other.
+    """Return the errors that the OEM's rule leaves: measure one side, flip the signs of x and y for the other.
 
     A dict: angle to an array (3,), mm, for every listed angle whose opposite is listed before it.
     """
@@ -181,7 +181,7 @@ class FittedHead:
         )
 
     def expanded(self, angle: float) -> np.ndarray:
-        """Return the expanded uncertainty of the predicted vector, shape (3,), mm, 95 %; index errors apart."""
+        """Return the expanded uncertainty of the predicted vector, shape (3,), mm, 95 %, without index errors."""
         turning = turning_arm(self.measured.sense, self.measured.zero)
         each = [turning.predict({name: 1.0}, {"CPOS": angle}, degrees=True) for name in self.estimate.values]
         slopes = np.array([[one[axis] for one in each] for axis in "xyz"])  # the model is linear in its unknowns
@@ -200,7 +200,7 @@ def fit_head(head: Head, *, sigma: float | None = None) -> FittedHead:
     """Fit the model to a measured head, as `FittedHead`; three positions or more, else `InputError`.
 
     `sigma` is the standard deviation of a coordinate, mm. Index errors of positions that were not measured stay
-    unseen: the residuals tell how large they may be.
+    unseen; the residuals show how large they may be.
 
     Examples
     --------

@@ -84,10 +84,10 @@ def probing(rotary: Rotary) -> Measurement:
 
 @lru_cache(maxsize=32)
 def ball(rotary: Rotary) -> Measurement:
-    """A ball on the carried body, followed by the control over a turn of a rotary axis it takes for perfect.
+    """A ball on the carried body, followed by the control over a turn of a rotary axis that it takes as perfect.
 
     Settings: `angle` as programmed, and `x`, `y`, `z` of the ball at angle zero, in the machine (on a head: the
-    tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control believes it.
+    tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control has it.
     Unknowns: the axis' location errors against `rotary`, which is what the control has: EX0C, EY0C, EA0C, EB0C for
     C. The ball must be exactly at `x`, `y`, `z`; `mathpost.compensate.calibrate` estimates its position, too.
     """
@@ -138,8 +138,8 @@ def rtcp_zero() -> Measurement:
 def square_to(rotary: Rotary) -> tuple[list[str], sp.Matrix]:
     """Return the two directions square to a rotary axis in which its errors are counted: names, and 3×2 matrix.
 
-    The machine's two other axes if it lies along one; else, named "1" and "2", the machine axis nearest to square
-    with it, made square, and the third direction of the right-handed frame.
+    The machine's two other axes if it lies along one. Otherwise, named "1" and "2": the machine axis that is most
+    nearly square to it, made square, and the third direction of the right-handed frame.
     """
     axis = exact_unit(rotary.axis)
     across = [row for row in range(3) if axis[row] == 0]

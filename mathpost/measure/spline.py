@@ -26,7 +26,7 @@ class Points:
     at: np.ndarray  # shape (points,)
     values: np.ndarray  # shape (points, ...)
     period: float | None
-    closure: float = 0.0  # what the value had changed by when the position came round again, if that was measured
+    closure: float = 0.0  # change of the value over one period, if that was measured
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Curve:
 
     @property
     def residual(self) -> float:
-        """The largest residual's size."""
+        """The size of the largest residual."""
         return float(np.abs(self.residuals).max())
 
 
@@ -114,7 +114,7 @@ def through_all(measured: Points, *, straight: bool = False) -> Curve:
 def uniform(measured: Points, count: int) -> Curve:
     """Return the `Curve` through `count` of the `Points`, equally far apart among them.
 
-    `InputError` if `count` does not divide them equally: knots that are nearly uniform compare with nothing.
+    `InputError` if `count` does not divide them equally: nearly uniform knots would be comparable with nothing.
     """
     size = len(measured.at)
     gaps, intervals = (size, count) if measured.period else (size - 1, count - 1)

@@ -1,4 +1,4 @@
-"""What people write for the columns and the units of readings: words to names, and units to mm or radians.
+"""The words that people use for columns and units of readings, mapped to names and to mm or radians.
 
 Other names of columns are in data/measurements/words.toml.
 """
@@ -14,7 +14,7 @@ from mathpost.errors import NUMBER
 from mathpost.files import data_file
 from mathpost.toml_table import read_toml
 
-# What a unit measures, and its size in mm or radians.
+# The quantity that a unit measures, and its size in mm or radians.
 UNITS = {
     ("mm", "毫米", "millimetre", "millimetres", "millimeter", "millimeters"): ("length", 1.0),
     ("µm", "μm", "um", "微米", "micron", "microns", "micrometre", "micrometres", "micrometer", "micrometers",
@@ -36,7 +36,7 @@ APART = " _-./:"  # characters between the words of a name
 
 
 def measure(stated: str) -> tuple[str | None, float]:
-    """What a unit, or a number of units, measures, and its size in mm or radians; None for other words."""
+    """Return what a unit, or a number of units, measures and its size in mm or radians; None for other words."""
     stated = stated.strip()
     number = re.match(NUMBER, stated)
     count = number[0] if number else ""
@@ -53,14 +53,14 @@ def _said() -> dict[str, dict[str, list[str]]]:
 
 
 def is_aside(name: str) -> bool:
-    """Whether a column is one that is not read."""
+    """Return whether a column is one that is not read."""
     return name.casefold() in _said()["aside"]["words"]
 
 
 class Names:
     """The columns that a file may have, by what people call them.
 
-    `also` takes further words to the names that they mean.
+    `also` maps further words to names.
 
     Examples
     --------
@@ -89,7 +89,7 @@ class Names:
         return None, None
 
     def _name(self, text: str) -> str | None:
-        """The name that words without a unit mean."""
+        """Return the name that a text without a unit means."""
         if text in self.wanted:
             return text
         word = text.casefold()
@@ -104,7 +104,7 @@ class Names:
         return self._run(word)
 
     def _run(self, word: str) -> str | None:
-        """The column of a run after ISO 230-2: the words for its direction and its number in either order."""
+        """Return the column of an ISO 230-2 run: words for its direction and its number, in either order."""
         said = _said()["run"]
         for text in (word, *_without(word, said["word"])):
             for side in ("up", "down"):
@@ -122,7 +122,7 @@ def bracket(cell: str) -> tuple[str, str | None]:
 
 
 def _without(text: str, words: Iterable[str]) -> list[str]:
-    """What is left of `text` without one of the words at an end of it."""
+    """Return `text` without each of the words that begins or ends it, where something is left."""
     left = [text.removeprefix(word).strip(APART) for word in words if text.startswith(word)]
     left += [text.removesuffix(word).strip(APART) for word in words if text.endswith(word)]
     return [each for each in left if each]

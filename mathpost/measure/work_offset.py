@@ -41,7 +41,7 @@ class WorkOffset:
 
 @dataclass(frozen=True)
 class NewDatum:
-    """What `p9795` returns."""
+    """The result of `p9795`."""
 
     after: np.ndarray  # the point after the turn, shape (3,), machine mm
     angles: dict[str, float]  # degrees by axis, which must also be programmed
@@ -96,7 +96,7 @@ def moved(
 ) -> np.ndarray:
     """Return where a point of the part, shape (..., 3), goes when the table turns: mm, in machine coordinates.
 
-    `start` and `end` take an axis' name to its machine angle before and after, numbers or arrays, broadcast.
+    `start` and `end` map the name of an axis to its machine angle before and after, numbers or arrays, broadcast.
     `InputError` if an angle is missing or not finite, or an axis carries the tool.
 
     Examples

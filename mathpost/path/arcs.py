@@ -18,8 +18,8 @@ def arc(
 ) -> np.ndarray:
     """Return the points of an arc or a helix, shape (n, 3), the last one `end`; chords keep the `tolerance`.
 
-    The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the axis is
-    the rise of a helix, which makes `turns` full turns before. `InputError` if there is no such arc.
+    The tool turns right-handed about `axis`; equal ends make a full turn. The distance of the ends along the axis
+    is the rise of a helix, which adds `turns` full turns. `InputError` if there is no such arc.
     """
     start = np.asarray(start, dtype=float)
     end = np.asarray(end, dtype=float)
@@ -50,20 +50,20 @@ def arc(
 
 @dataclass(frozen=True)
 class Cycle:
-    """A drilling cycle, which holds for every point until it is switched off; heights along the tool axis."""
+    """A drilling cycle, done at every point until it is switched off; heights along the tool axis."""
 
-    kind: str  # DRILL and the like come out rapidly, BORE and REAM at their feed, TAP turning back
+    kind: str  # DRILL and the like retract rapidly, BORE and REAM at their feed, TAP turning back
     depth: float  # below the point
     clearance: float  # above it, where the feed begins
     feed: float
-    retract: float | None = None  # above it, where the tool goes afterwards; None is where it came from
+    retract: float | None = None  # above it, where the tool goes afterwards; None: where it came from
     first: float | None = None  # depth of the first peck,
     following: float | None = None  # and of those that follow
-    out: float | None = None  # how far a peck comes out; None is to the clearance
+    out: float | None = None  # how far a peck comes out; None: to the clearance
     dwell: float = 0.0  # seconds at the bottom
 
     def heights(self, before: float) -> tuple[list[float], list[bool], int]:
-        """Return heights above the point, whether the moves there are rapid, and which is the bottom.
+        """Return heights above the point, whether the move to each is rapid, and the index of the bottom.
 
         `before` is the height where the tool comes from.
 

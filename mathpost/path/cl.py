@@ -1,7 +1,7 @@
 """Cutter location data (刀位数据): APT CL files in and out.
 
 A CL file says where the tool tip goes and where the tool points, in the workpiece, before any machine is
-chosen. What its statements mean is said in `mathpost.path.cl_words`.
+chosen. `mathpost.path.cl_words` explains its statements.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ class CLData:
     axes: np.ndarray  # shape (n, 3), the unit vector from it towards the spindle
     feeds: np.ndarray  # shape (n,), of the move to the record: mm/min, NaN where none is stated
     rapid: np.ndarray  # shape (n,), whether it is in rapid traverse
-    lines: np.ndarray  # shape (n,), line of the file that the record begins on; for error messages
+    lines: np.ndarray  # shape (n,), line of the file where the record begins; for error messages
     remarks: tuple[Remark, ...] = ()
     name: str = "CL data"  # the file, for error messages
     first: int = 0  # number of its records before these
-    notes: tuple[str, ...] = ()  # what was made of the file that its reader should know: for the report
+    notes: tuple[str, ...] = ()  # how the file was interpreted, where its reader should know: for the report
     coordinates: str = ""  # in whose coordinates its GOTO were read, see `mathpost.path.coordinates`
     normals: np.ndarray | None = None  # shape (n, 3), unit vectors out of the part that is touched, or NaN
-    pieces: tuple[Arc | Hole, ...] = ()  # what runs of records are, in their order
+    pieces: tuple[Arc | Hole, ...] = ()  # arcs and holes that runs of records make, in order
 
     def __len__(self) -> int:
         return len(self.points)
 
     def where(self, record: float) -> str:
-        """The place of a record (counted from 0) in the file, or of the next one, for error messages."""
+        """Say where in the file a record (counted from 0), or the next one, is; for error messages."""
         record = math.ceil(record)
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
 
@@ -116,7 +116,7 @@ class CLData:
 
 
 def commands(remarks: Iterable[Remark], kind: str) -> list[tuple[int, Command]]:
-    """Those of `remarks`, of CL data or of blocks, that are a `Command` of this kind."""
+    """Return those of `remarks`, of CL data or of blocks, that are a `Command` of this kind."""
     return [(row, remark) for row, remark in remarks if isinstance(remark, Command) and remark.kind == kind]
 
 
@@ -145,11 +145,11 @@ def read(path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collect
     Parameters
     ----------
     path : str or path-like
-        Its words are those of `mathpost.path.cl_words`; its letters UTF-8, GBK or those of Windows.
+        Its words are those of `mathpost.path.cl_words`; its encoding is UTF-8, GBK or Windows-1252.
     tolerance : float
         mm, between an arc and the chords that are made of it.
     ignored : collection of str
-        Words that are taken for comments although they are hazardous or unknown; none that moves the tool.
+        Words to be taken as comments although they are hazardous or unknown; none that moves the tool.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def parse(
 def _turned_over(
     records: Records, remarks: list[Remark], counts: Counter[str]
 ) -> tuple[Records, list[Remark], np.ndarray]:
-    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°; and which."""
+    """Insert a record half way along each rapid move that turns the tool by 180°; return these moves, too."""
     points, axes, feeds, rapid, lines = records
     changes = [record for record, _ in commands(remarks, "tool")]
     over = 1 + np.flatnonzero(rapid[1:])

@@ -1,4 +1,4 @@
-"""The lines of a CL file as statements, its records as arrays, and all that is wrong with it in one error."""
+"""The lines of a CL file as statements, its records as arrays, and all its problems in one error."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mathpost.path.modal import Command, Remark
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
-LARGEST = 1e9  # of any number
+LARGEST = 1e9  # absolute value of a number
 BELOW_LARGEST = f"a finite number below {LARGEST:g}"
 SHOWN = 20  # causes that are listed when a file is refused
 REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
@@ -34,22 +34,22 @@ Records = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def need(holds: object, expected: str, found: str | None = None) -> None:
-    """Refuse a statement of which something does not hold; what is found is by default how it begins."""
+    """Refuse a statement unless a condition holds; `found` is by default how the statement begins."""
     if not holds:
         raise InputError("", expected, found)
 
 
 def known(value: T | None, expected: str, found: str | None = None) -> T:
-    """Return what must be known by now; without it the statement is refused."""
+    """Return a value that must be known by now; refuse the statement if it is None."""
     if value is None:
         raise InputError("", expected, found)
     return value
 
 
 class Lines(text.Reader):
-    """Keeps where the tool is and what moves it, in mm and in the coordinates that hold, and the remarks between.
+    """Collects records and remarks; keeps the tool's position, in mm and in the active coordinates.
 
-    Those who know the words have `take` for each statement: `statement`, which begins on line `start`.
+    Subclasses, which know the words, define `take` for each `statement`, which begins on line `start`.
     """
 
     pattern = PLAIN
@@ -89,12 +89,12 @@ class Lines(text.Reader):
             self.problem(self.start, "", "the continuation of this statement", "the end of the file")
 
     def fits(self, values: np.ndarray) -> np.ndarray:
-        """Which lines have the whole of a tool axis or nothing of it."""
+        """Return which lines have a complete tool axis or none."""
         stated = ~np.isnan(values[4:])
         return stated.all(axis=0) | ~stated.any(axis=0)
 
     def take_plain(self, values: np.ndarray) -> None:
-        """Take plain records; a tool axis of NaN is the one that is in force."""
+        """Take plain records; a tool axis of NaN is the active one."""
         numbers, count = values[1:], values.shape[1]
         numbers[:3] *= self.scale
         for row, before in zip(numbers[3:], self.axis, strict=True):
@@ -103,7 +103,7 @@ class Lines(text.Reader):
         self.line += count
 
     def take_line(self, raw: bytes) -> None:
-        """Take one line: leave out its comment, and take the statement if it is complete."""
+        """Take one line: drop its comment, and take the statement if it is complete."""
         line = raw.decode(*self.encoding)
         number, self.line = self.line, self.line + 1
         if self.comment or line.startswith("$$"):
@@ -126,7 +126,7 @@ class Lines(text.Reader):
         """Take one statement."""
 
     def take_comment(self, line: str) -> None:
-        """Take a line of a comment: Creo goes on with one on the next line, and two systems say coordinates so."""
+        """Take a line of a comment: Creo continues one on the next line; two systems state coordinates in it."""
         if line.endswith("$") and (self.comment or line.startswith("$$->")):
             self.comment += line[:-1] + " "
             return
@@ -137,7 +137,7 @@ class Lines(text.Reader):
     def add(
         self, lines: np.ndarray, numbers: np.ndarray, *, feed: float | None = None, rapid: bool | None = None
     ) -> None:
-        """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
+        """Add records, shape (6, n), in mm; `rapid` and `feed` are by default the active ones."""
         self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
         fast = np.full(len(lines), self.rapid if rapid is None else rapid)
         feeds = np.where(fast, math.nan, self.feed if feed is None else feed)
@@ -196,7 +196,7 @@ class Lines(text.Reader):
         raise InputError(f"{self.name}, {where}", expected, "\n  ".join(lines))
 
     def numbers(self, words: Sequence[str], *counts: int) -> list[float]:
-        """Numbers, so many as one of `counts`."""
+        """Return words as numbers; how many there are must be one of `counts`."""
         values = [self.number(word) for word in words]
         if counts and len(values) not in counts:
             expected = " or ".join(", ".join(map(str, counts)).rsplit(", ", 1))

@@ -1,11 +1,11 @@
 """The words of APT CL files, in three classes.
 
-Modelled words change the motion or the program here, too: a method ``on_word`` is called with the text after the
-slash. Words that move the tool are in `moves` and `holes`, commands to the control in `orders`. Comments are names,
-displays and settings without motion. All others are hazardous: a file that has one is refused, because ignoring it
-could drop or spoil a cut. ``data/cl/words.toml`` lists the words of the last two classes, and what to do then.
+Modelled words change the motion or the program: a method ``on_word`` is called with the text after the slash. Words
+that move the tool are in `moves` and `holes`, commands to the control in `orders`. Comments are names, displays and
+settings without motion. All others are hazardous: a file that has one is refused, because ignoring it could drop or
+spoil a cut. ``data/cl/words.toml`` lists the words of the last two classes, and what to do instead.
 
-Forms differ from system to system; they are those of NX (.cls), Creo (.ncl), CATIA (.aptsource) and SolidWorks.
+Forms differ from system to system; those of NX (.cls), Creo (.ncl), CATIA (.aptsource) and SolidWorks are known.
 """
 
 import re
@@ -24,7 +24,7 @@ ALIASES, REFUSED, MOVING = WORDS["aliases"], WORDS["refused"], frozenset(WORDS["
 
 
 class Statements(Holes):
-    """Takes all statements; arguments as of `cl.read`."""
+    """Takes all statements; arguments as for `cl.read`."""
 
     def __init__(self, name: str, tolerance: float, ignored: Collection[str] = ()) -> None:
         super().__init__(name, tolerance)
@@ -34,7 +34,7 @@ class Statements(Holes):
             raise InputError(f"{name}: words to be ignored", "words that move nothing", found)
 
     def takes_plain(self) -> bool:
-        """Whether a GOTO is now nothing but a move to where it says."""
+        """Whether a GOTO is at present nothing but a move to its point."""
         special = self.circle or self.arc_before or self.cycle or self.incremental or self.unconfirmed
         unsure = self.coordinates.unsettled or self.modal.skip or self.modal.lacks_speed
         return not (special or unsure or self.unfinished or self.comment or self.rapid)
@@ -64,14 +64,14 @@ class Statements(Holes):
                 self.problem(self.start, word, error.expected, error.found)
 
     def method(self, word: str) -> Callable[[list[str]], None] | None:
-        """What takes the statements of a word, or None."""
+        """Return the method that takes the statements of a word, or None."""
         return getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
 
     def on_insert(self, words: list[str]) -> None:
         self.insert()
 
     def on_ppword(self, words: list[str]) -> None:
-        """A statement of a post-processor within one of the CAM system, such as PPWORD/COOLNT,ON."""
+        """Take a post-processor's statement within one of the CAM system, such as PPWORD/COOLNT,ON."""
         inner = self.statement.partition("/")[2].strip()
         word, _, rest = inner.partition("/" if "/" in inner else ",")
         word = word.strip().upper()

@@ -1,15 +1,15 @@
 """Whose coordinates the points of CL data are in, and where the tool points when a GOTO does not say.
 
-The systems write the same words for different things. What each means, and how that is known:
+The systems use the same words for different things. Their meanings, and the evidence for them:
 
 SolidWorks CAM, ``TRNTYP/WORLD``
     GOTO and tool axis are the part's; ``CSYS/``, rows of a matrix of 3 by 4, says only where the tool's frame
     lies. In the public files of one shop (github.com/aamorim1913/AptPostProcessor, 104 with former versions)
     the tool axis of 9,137 of the 9,185 six-number GOTOs is the third column of the matrix, the others lean a
-    little from an upright one, and a face mill meets its stock only so. The post-processor kept beside them,
-    which made the parts, rotates each GOTO into the frame of that column. A GOTO of three numbers means that the
-    tool points along that Z, anew after every CSYS. Without TRNTYP nothing says whose coordinates a GOTO is in: a
-    single upright CSYS for the whole file makes no difference, any other is refused.
+    little from an upright one, and only so does a face mill meet its stock. The post-processor published with
+    them, which made the parts, rotates each GOTO into the frame of that column. A GOTO of three numbers means that
+    the tool points along that Z, anew after every CSYS. Without TRNTYP nothing says whose coordinates a GOTO is
+    in: a single upright CSYS for the whole file makes no difference, any other is refused.
 NX, ``MSYS/``
     Origin, X and Y of the machining coordinate system in the part; GOTO and tool axis are in it (ICAM, MSYS9:
     "convert the 9-parameter MSYS command matrix from Unigraphics format to a standard matrix format"). ``CSYS/``
@@ -72,20 +72,20 @@ def differ(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 class Coordinates:
-    """Where the coordinates of GOTO lie; a system is a rotation and, fourth column, an origin in mm.
+    """The coordinate system of GOTO: a rotation and, fourth column, an origin in mm.
 
-    Words change it; `settle` is asked before a move.
+    Words change it; `settle` is called before a move.
     """
 
     def __init__(self) -> None:
         self.rule = AS_WRITTEN
         self.first: np.ndarray | None = None  # the system of the first move
-        self.system: np.ndarray | None = None  # and the one that holds
-        self.z: tuple[float, ...] = Z  # where the tool points by itself, in the coordinates of GOTO
+        self.system: np.ndarray | None = None  # and the active one
+        self.z: tuple[float, ...] = Z  # where the tool points by default, in the coordinates of GOTO
         self.unsettled = False  # whether a word has changed something since the last move
         self.world = False
         self.multax: bool | None = None
-        self.csys: np.ndarray | None = None  # the last that were said,
+        self.csys: np.ndarray | None = None  # the last that were stated,
         self.creo: np.ndarray | None = None
         self.catia: np.ndarray | None = None
         self.settled_csys: np.ndarray | None = None  # and those that moves were in
@@ -97,13 +97,13 @@ class Coordinates:
     # Words
 
     def say(self, **words: Any) -> None:
-        """Take what a word says: `world`, `multax`, `csys`, `creo`, `catia`; the next move settles it."""
+        """Record what a word states: `world`, `multax`, `csys`, `creo`, `catia`; the next move settles it."""
         for name, value in words.items():
             setattr(self, name, value)
         self.unsettled = True
 
     def enter(self, rotation: np.ndarray, origin: np.ndarray, rule: str) -> bool:
-        """Go on in another system (NX); return whether it is another one. All moves are brought into the first."""
+        """Enter a system (NX); return whether it differs from the last. All moves are brought into the first."""
         need_right_handed(rotation)
         system, before = np.column_stack([rotation, origin]), self.system
         if self.first is None:
@@ -115,7 +115,7 @@ class Coordinates:
         return not np.allclose(system, before, atol=1e-9)
 
     def turn_table(self, axis: int, angle: float, from_zero: bool) -> tuple[np.ndarray, bool]:
-        """ROTABL: the table turns by or to an angle (radians); return the rotation into the new coordinates.
+        """Turn the table by or to an angle (radians), for ROTABL; return the rotation into the new coordinates.
 
         With CCLW the coordinates turn right-handed in the part: in SolidWorks' files TLAXIS is their Z.
         """
@@ -146,9 +146,9 @@ class Coordinates:
     # Moves
 
     def settle(self) -> str | None:
-        """Say before a move in which frame it is; return a sentence on what was assumed, or None.
+        """Settle, before a move, the frame that it is in; return a sentence on what was assumed, or None.
 
-        Raises `InputError` if the words that came before do not tell.
+        Raises `InputError` if the words so far do not determine it.
         """
         self.unsettled = False
         assumed: str | None = None
@@ -211,10 +211,10 @@ class Comments:
     """The coordinate systems that Creo and CATIA write as comments."""
 
     def __init__(self) -> None:
-        self.rows: list[list[float]] | None = None  # of a matrix behind $$*CATIA0, as far as they are known
+        self.rows: list[list[float]] | None = None  # of a matrix after $$*CATIA0, those read so far
 
     def take(self, text: str) -> dict[str, np.ndarray]:
-        """Return what a comment (all of its lines) says, for `Coordinates.say`."""
+        """Return the arguments for `Coordinates.say` that a comment (all of its lines) states."""
         words = text.lstrip("$").replace(",", " ").replace("/", " ").split()
         if words[:1] == ["*CATIA0"]:
             self.rows = []
@@ -230,7 +230,7 @@ class Comments:
 
 
 def _numbers(words: list[str]) -> list[float]:
-    """Numbers, or none if one of the words is no number."""
+    """Return words as numbers; an empty list if one of them is not a number."""
     try:
         values = [float(word) for word in words]
     except ValueError:

@@ -1,6 +1,6 @@
 """How far tip and tool axis stray from the CL path when all five joints move linearly from block to block.
 
-This nonlinear error (非线性误差) is what a proof measures, and what planning divides moves by.
+A proof measures this nonlinear error (非线性误差), and planning divides moves to keep it small.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from mathpost.path.cl import CLData
     from mathpost.post.motion import Motion
 
-RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
-LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
-AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; what they may miss of the tool axis
-FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
+RESOLUTION = 1e-5  # mm; error of the tip that the samples of a move may miss
+LEVER = 50.0  # mm; the least lever that the number of samples assumes, for the sake of the tool axis
+AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; error of the tool axis that they may miss
+FIRST = 64  # the 1/64 of the moves with the greatest bounds is examined before the others
 FEWEST_INTERVALS = 4  # of any move: with two, an end on the other side of the segment hides how high the peak is
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
-PLACE_DIGITS = 9  # of a place on the CL path: what rounding adds to that of a record does not count
-Ends = tuple[np.ndarray, np.ndarray]  # of moves, where each begins and where it ends
+PLACE_DIGITS = 9  # of a place on the CL path, so that rounding does not move it past a record
+Ends = tuple[np.ndarray, np.ndarray]  # the start and the end of each move
 
 
 def deviation(
@@ -43,9 +43,9 @@ def deviation(
     """Return how far the tip (mm) and the tool axis (radians) stray when all joints move linearly, shape (m,) each.
 
     `start` and `end`, shape (m, 5), are the joints at both ends of m moves, mm and radians; `tips` and `axes`, (2,
-    m, 3), the ends of the segments and great circles that they should follow, by default where the joints at both
-    ends have them. A move is sampled in intervals, at `least` so many, that miss no more than `RESOLUTION` where it
-    is taken for a parabola between them.
+    m, 3), the ends of the segments and great circles that they should follow, by default the poses of these joints.
+    A move is sampled in at least `least` intervals, enough for parabolas between the samples to miss no more than
+    `RESOLUTION`.
 
     Examples
     --------
@@ -66,8 +66,8 @@ def strays(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`.
 
-    The tool axis is measured from the whole arc between two records, wherever on it the blocks are. How far it is
-    from where `cl` has it at the same part of the way is the lag, see `mathpost.post.between_blocks.axis_lag`.
+    The tool axis is measured from the whole arc between two records, wherever on it the blocks are. Its angle to
+    the axis of `cl` at the same place is the lag, see `mathpost.post.between_blocks.axis_lag`.
     """
     starts, ends = motion[:-1][moves], motion[1:][moves]
     tips = cl.at(starts.place)[0], cl.at(ends.place)[0]
@@ -89,7 +89,7 @@ def stray(
     path: Ends | None = None,
     least: int = FEWEST_INTERVALS,
 ) -> np.ndarray:
-    """One half of `deviation`: `what` is `TIP` or `AXIS`."""
+    """Return one half of `deviation`; `what` is `TIP` or `AXIS`."""
     error = np.zeros(len(start))
     for moves, _, *pose in sampled(kin, start, end, least):
         reached = pose[what.index]
@@ -113,7 +113,7 @@ def sampled(
 
 
 def true_tip(kin: ForwardKinematics, joints: ArrayLike, *, samples: int = 24) -> np.ndarray:
-    """Return the way of the tip, shape (m, 3), when the joints (n, 5) move linearly: `samples` intervals a move."""
+    """Return the tip's path, shape (m, 3), when the joints (n, 5) move linearly: `samples` intervals a move."""
     joints, t = np.asarray(joints, dtype=float), np.linspace(0, 1, samples + 1)[:, None]
     return kin.forward(joints[:-1, None] + t * np.diff(joints, axis=0)[:, None])[0].reshape(-1, 3)
 
@@ -127,11 +127,11 @@ def largest(
     *,
     least: int = FEWEST_INTERVALS,
 ) -> tuple[float, int]:
-    """How far `what`, `TIP` or `AXIS`, strays at most from its path, and the first such move.
+    """Return how far `what`, `TIP` or `AXIS`, strays at most from its path, and the first such move.
 
     ``path(moves)`` gives the ends, (2, k, 3), of the segments or arcs that some moves of the joints (n, 5) should
-    follow; `most`, shape (n - 1,), is how far each may stray, from `bounds`; infinite where that is not known,
-    negative for moves that do not count. What the samples may miss is added.
+    follow; `most`, shape (n - 1,), is how far each can stray, from `bounds`; infinite where that is not known,
+    negative for moves that do not count. The error that samples may miss is added.
     """
     if not len(most):
         return 0.0, -1
@@ -147,12 +147,12 @@ def largest(
 
 
 def bounds(machine: Machine, joints: np.ndarray, tips: np.ndarray, axes: np.ndarray, reached: Ends) -> np.ndarray:
-    """How far the moves of an ideal machine may stray, shape (2, n - 1), mm and radians.
+    """Return how far the moves of an ideal machine can stray, shape (2, n - 1), mm and radians.
 
     `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
     Between its ends a move strays from its chord by at most an eighth of its second derivative, which is Ω² for a
-    unit vector that is turned by Ω in all. The great circle is off its own chord by an eighth of the square of what
-    it spans.
+    unit vector that is turned by Ω in all. The great circle is off its own chord by an eighth of the square of the
+    angle it spans.
     """
     ends = (np.linalg.norm(at - path, axis=1) for at, path in zip(reached, (tips, axes), strict=True))
     tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
@@ -163,9 +163,9 @@ def bounds(machine: Machine, joints: np.ndarray, tips: np.ndarray, axes: np.ndar
 
 
 def derivative(machine: Machine, start: np.ndarray, end: np.ndarray, order: int) -> np.ndarray:
-    """What a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
+    """Return a bound on a derivative of the tip's path, order 2 or 3, for moves that take the time 1.
 
-    A point at most r from the lines that it is turned about, by Ω, and moved by v has at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
+    For a point at most r from the lines that it is turned about, by Ω, and moved by v, it is Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
     step = np.abs(end - start)
     turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
@@ -174,15 +174,15 @@ def derivative(machine: Machine, start: np.ndarray, end: np.ndarray, order: int)
 
 
 def levers(machine: Machine) -> float:
-    """All offsets of a machine end to end, mm: apart from X Y Z, no point is further from a rotary axis."""
+    """Return all offsets of a machine end to end, mm: apart from X Y Z, no point is further from a rotary axis."""
     head = 0 if isinstance(machine.programmed_point, str) else np.abs(machine.programmed_point).sum()
     pivots = sum(np.abs(rotary.point).sum() for rotary in machine.rotary)
     return np.abs(machine.origin).sum() + 2 * (machine.tool_length + pivots) + head
 
 
 def _intervals(machine: Machine, start: np.ndarray, end: np.ndarray, least: int) -> np.ndarray:
-    """Into how many intervals the moves must be divided for parabolas through three samples; powers of two."""
-    missed = derivative(machine, start, end, 3) / (9 * np.sqrt(3))  # h³ of it, by a parabola through points h apart
+    """Return the intervals that each move needs for parabolas through three samples; powers of two."""
+    missed = derivative(machine, start, end, 3) / (9 * np.sqrt(3))  # times h³, by a parabola through points h apart
     # The least power of two, n, with n³ ≥ missed/RESOLUTION, which is below 2 to its binary exponent.
     _, exponent = np.frexp(missed / RESOLUTION)
     return np.left_shift(1, np.maximum(-(-exponent // 3), math.ceil(math.log2(least))))
@@ -201,7 +201,7 @@ def from_arc(axes: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray
     along = end - start  # of neighbours only the differences keep their digits
     normal = np.cross(start, along)
     length = np.linalg.norm(normal, axis=-1)
-    # No arc between opposite axes, nor between axes that differ by rounding, be it only in their own length.
+    # No arc between opposite axes, nor between axes that differ by rounding, even if only in length.
     arc = length > 1e-15 + 1e-12 * np.linalg.norm(along, axis=-1)
     normal = normal / np.where(arc, length, 1)[..., None]
     from_start, from_end = axes - start, axes - end
@@ -214,7 +214,7 @@ def from_arc(axes: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray
 
 
 def peak(values: np.ndarray) -> np.ndarray:
-    """The largest of samples along the first axis, and of the parabolas through three that follow each other."""
+    """Return the largest of samples along the first axis, and of the parabolas through three consecutive ones."""
     before, at, after = values[:-2], values[1:-1], values[2:]
     curvature, slope = before - 2 * at + after, np.abs(after - before)
     crest = slope <= -2 * curvature
@@ -224,11 +224,11 @@ def peak(values: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Measured:
-    """What strays, and from what: the tip from segments, mm, or the tool axis from arcs, radians."""
+    """A quantity that strays from its path: the tip from segments, mm, or the tool axis from arcs, radians."""
 
-    index: int  # of a pose, tip and tool axis
-    off: Callable[..., np.ndarray]  # its distance from what it should follow
-    resolution: float  # what the samples may miss of it
+    index: int  # in a pose: tip, tool axis
+    off: Callable[..., np.ndarray]  # its distance from its path
+    resolution: float  # the error that samples may miss
 
 
 TIP = Measured(0, from_segment, RESOLUTION)

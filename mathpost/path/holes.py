@@ -20,7 +20,7 @@ OF_A_CYCLE = {
     **dict.fromkeys(["SUBPECK", "STEP", "INCR"], "following"),
 }
 DWELLS = ("DWELL", "REV")  # in seconds or turns, also DWELL,REV,n and DWELL,n,REV
-CHIP_BREAKING = 0.5  # mm, by which BRKCHP goes back
+CHIP_BREAKING = 0.5  # mm that BRKCHP goes back
 
 
 class Holes(Moves):
@@ -64,7 +64,7 @@ class Holes(Moves):
         self.cycle = Cycle(kind, **given)
 
     def parts_of_a_cycle(self, words: list[str]) -> tuple[dict[str, float], float, bool]:
-        """The parameters of a cycle, in mm and seconds, its feed in mm, and whether that is per turn."""
+        """Return the parameters of a cycle, in mm and seconds, its feed in mm, and whether that is per turn."""
         given, feed, per_turn = {}, self.modal.feed, self.modal.per_turn
         while words:
             word, *words = words

@@ -11,7 +11,7 @@ AUXILIARY = re.compile(r"M(?:0?[01345789]|1[0-689]|2\d|3[1-9]|[4-7]\d|8[0-8])")
 
 @dataclass(frozen=True)
 class Command:
-    """What the control shall do between two moves; `values` by kind.
+    """A command to the control between two moves; `values` by kind.
 
     ``"work offset"`` (its number, from 1), ``"tool"`` (number, length in mm or None, number of its length offset or
     None), ``"offset"`` (that number),
@@ -23,7 +23,7 @@ class Command:
     kind: str
     values: tuple[Any, ...]
     statement: str  # the words of the CL file
-    skip: bool = False  # whether the operator may have it left out (OPSKIP)
+    skip: bool = False  # whether the operator may skip it (OPSKIP)
 
 
 Remark = tuple[int, str | Command]  # the number of the record that follows, and the text or command before it
@@ -31,13 +31,13 @@ Remark = tuple[int, str | Command]  # the number of the record that follows, and
 
 @dataclass
 class Modal:
-    """The state that words leave behind; "on" without more means as before.
+    """The state that words set; "on" alone means as before.
 
     A feed is in mm per minute or per turn; one per turn follows the spindle.
     """
 
     speed: float | None = None  # of the spindle, turns per minute
-    sense: str = "CLW"  # in which it turns when it is on
+    sense: str = "CLW"  # of rotation when it is on
     turning: bool = False
     coolant: str = "FLOOD"  # the kind that ON switches on
     side: str | None = None  # of the compensation that ON switches on
@@ -47,12 +47,12 @@ class Modal:
     tool: int = 1
     length_offset: int | None = None  # numbers of the control's offsets; None is that of the tool
     radius_offset: int | None = None
-    # By TOOLNO, of tools that are still to come: length and radius.
+    # Numbers for length and radius that TOOLNO states for tools still to be loaded.
     offsets: dict[int, tuple[int | None, int | None]] = field(default_factory=dict)
 
     @property
     def lacks_speed(self) -> bool:
-        """Whether nobody knows how fast the feed is."""
+        """Whether the feed per minute is not known."""
         return self.per_turn and not self.speed
 
     @property
@@ -62,14 +62,14 @@ class Modal:
         return self.feed * self.speed if self.speed else math.nan
 
     def load(self, tool: int, length_offset: int | None, radius_offset: int | None) -> None:
-        """Take another tool and the numbers of its offsets, None where nobody says them."""
+        """Load a tool with the numbers of its offsets, None where they are not stated."""
         before = self.offsets.get(tool, (None, None))
         self.tool = tool
         self.length_offset = before[0] if length_offset is None else length_offset
         self.radius_offset = before[1] if radius_offset is None else radius_offset
 
     def radius_number(self) -> int:
-        """The number of the radius offset: stated, or that of the length, or the tool's."""
+        """Return the number of the radius offset: stated, or that of the length, or the tool's."""
         for number in (self.radius_offset, self.length_offset):
             if number is not None:
                 return number

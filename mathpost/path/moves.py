@@ -1,4 +1,4 @@
-"""The words of CL data that move the tool, on lines and arcs, and those that say in whose coordinates."""
+"""The words of CL data that move the tool, on lines and arcs, and those that set the coordinate system."""
 
 import math
 import re
@@ -27,19 +27,21 @@ class Moves(Orders):
         super().__init__(name)
         self.tolerance = tolerance
         self.incremental = False
-        self.along_z = False  # whether MULTAX/OFF or CSYS has come since the last move
+        self.along_z = False  # whether there was a MULTAX/OFF or CSYS since the last move
         self.home: tuple[list[float], list[float]] | None = None
         self.tangent: list[float] | None = None
         self.cycle: Cycle | None = None
-        self.circle: Circle | None = None  # what is known of the arc that comes,
-        self.arc_before: tuple[list[float], list[float]] | None = None  # and centre and axis of one that ended
-        self.unconfirmed = False  # whether the tool axis must still say that this is the way the table turned
+        self.circle: Circle | None = None  # the next move, if it is an arc,
+        self.arc_before: tuple[list[float], list[float]] | None = (
+            None  # and centre and axis of the last, if it was one
+        )
+        self.unconfirmed = False  # whether the tool axis must still confirm the sense in which the table turned
         self.work_offset: int | None = None
         self.normals: dict[int, list[float]] = {}
         self.pieces: list[Arc | Hole] = []
 
     def pose(self, words: list[str], *counts: int) -> tuple[list[float], list[float], list[float]]:
-        """The point (mm) or nothing, the axis or the one that holds, and what else so many numbers say."""
+        """Return the point (mm) or nothing, the stated or the active tool axis, and the rest of the numbers."""
         self.settle()
         values = self.numbers(words, *counts)
         return self.mm(values[:3]), values[3:6] or self.axis, values[6:]
@@ -48,7 +50,7 @@ class Moves(Orders):
         return [value * self.scale for value in values]
 
     def settle(self) -> None:
-        """Settle, before a move, whose coordinates it is in.
+        """Settle, before a move, the coordinates that it is in.
 
         After MULTAX/OFF and after every CSYS the tool points along Z, until a word says otherwise.
         """
@@ -85,7 +87,7 @@ class Moves(Orders):
             self.go(point, axis)
 
     def contact(self, axis: list[float], normal: list[float]) -> None:
-        """Keep the surface's normal where the tool touches it: for tools other than that of the CL data."""
+        """Keep the normal of the surface where the tool touches it, for tools other than that of the CL data."""
         outwards = abs(np.linalg.norm(normal) - 1) <= UNIT_TOLERANCE and np.dot(normal, axis) >= -UNIT_TOLERANCE
         need(outwards, "a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
         need(not (self.circle or self.cycle), "contact normals of single points only", "an arc or a cycle")
@@ -143,10 +145,10 @@ class Moves(Orders):
     # Arcs
 
     def on_circle(self, words: list[str]) -> None:
-        """The tool goes to the next GOTO on this circle.
+        """Let the tool go to the next GOTO on this circle.
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
-        none, and both turn right-handed. The turns that NX counts by TIMES are those begun: so published helices
+        none, and both turn right-handed. NX's TIMES counts the turns begun: with this reading, published helices
         have the ramp angles that their operations were given.
         """
         turns = 1.0
@@ -166,7 +168,7 @@ class Moves(Orders):
             need(abs(radius - stated) <= SAME_RADIUS, f"a start {stated:g} mm from the centre", f"{radius:.4f}")
 
     def on_movarc(self, words: list[str]) -> None:
-        """The arc of ISO 4343, as Autodesk writes it: centre, axis and radius, also named, and the angle."""
+        """Take an arc of ISO 4343, as Autodesk writes it: centre, axis and radius, also named, and the angle."""
         names, words = words, [word for word in words if word not in ("CENTER", "AXIS", "RADIUS")]
         angle = None
         if words[7:8] == ["ANGLE"]:
@@ -182,7 +184,7 @@ class Moves(Orders):
             self.circle = centre, normal, int(max(angle - 1e-3, 0) // 360), angle
 
     def sense(self, point: list[float], centre: list[float], normal: list[float], angle: float) -> list[float]:
-        """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
+        """Return the axis about which the tool turns right-handed by `angle` (degrees) on its way to a point."""
         start, end = np.array(self.point) - centre, np.array(point) - centre
         across, along = np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end)
         turned = math.degrees(math.atan2(across, along))
@@ -192,9 +194,9 @@ class Moves(Orders):
         raise InputError("", f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
 
     def leads_to_its_circle(self, point: list[float], centre: list[float], normal: list[float]) -> bool:
-        """Whether a line leads from the end of an arc to a point on its circle that the arc could go on to.
+        """Return whether a line leads from the end of an arc to a point on its circle, where the arc could go on.
 
-        It is a line: of 44 in public files of Creo 34 are followed by a CIRCLE about the same centre, which could
+        It is a line: of 44 in public files of Creo, 34 are followed by a CIRCLE about the same centre, which could
         have begun before them, and where Creo writes points on an arc they are as dense as those on any curve.
         """
         start, end = np.array(self.point) - centre, np.array(point) - centre
@@ -207,7 +209,7 @@ class Moves(Orders):
         self.tangent = self.numbers(words, 3)
 
     def on_tlon(self, words: list[str]) -> None:
-        """CATIA's arcs: from where the tool is, in the direction of INDIRV, to a line from the centre."""
+        """Take an arc of CATIA: from where the tool is, in the direction of INDIRV, to a line from the centre."""
         found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(self.statement.upper())}
         sizes = {name: len(values) for name, values in found.items()}
         tangent, self.tangent = self.tangent, None
@@ -232,12 +234,12 @@ class Moves(Orders):
         self, before: list[float], point: ArrayLike, axis: list[float], centre: ArrayLike, normal: ArrayLike,
         turns: int = 0,
     ) -> None:  # fmt: skip
-        """Add an arc from where the tool was before as chords, and full turns before it."""
+        """Add an arc from where the tool was, as chords, and `turns` full turns before it."""
         need(not self.rapid, "an arc at a feed", "RAPID")
         need(np.allclose(axis, self.axis, atol=1e-6), "a tool axis that stands still on an arc", "one that turns")
         first = self.count - 1
         self.go(arc(before, point, centre, normal, self.tolerance, turns), axis)
-        if first >= 0:  # or it begins where FROM says
+        if first >= 0:  # otherwise it begins where FROM says
             line = np.concatenate([np.asarray(centre), unit(normal)])
             x, y, z, i, j, k = self.coordinates.placed(line[:, None])[:, 0].tolist()
             self.pieces.append(Arc(first, self.count - 1, (x, y, z), (i, j, k)))
@@ -247,17 +249,17 @@ class Moves(Orders):
         """Add the moves of a hole."""
         raise NotImplementedError
 
-    # In whose coordinates
+    # Coordinate systems
 
     def on_msys(self, words: list[str]) -> None:
-        """NX: the origin of the coordinate system, its X and its Y."""
+        """Enter a coordinate system of NX, stated by its origin, X and Y."""
         origin, x, y = np.reshape(self.numbers(words, 9), (3, 3))
         need(self.coordinates.first is not None or not self.count, "MSYS before the first move", "moves before it")
         rotation = np.column_stack([x, y, np.cross(x, y)])
         self.enter(self.coordinates.enter(rotation, origin * self.scale, coordinates.MSYS))
 
     def on_mcsys(self, words: list[str]) -> None:
-        """The number of a work offset; origin, X and Y of a plane in its coordinates."""
+        """Take the number of a work offset, and origin, X and Y of a plane in its coordinates."""
         names = ",".join("#" if REAL.fullmatch(word) else word for word in words)
         plane = "NUM,#,POINT,#,#,#,VECTOR,#,#,#,VECTOR,#,#,#"
         numbers = [word for word in words if REAL.fullmatch(word)]
@@ -280,7 +282,7 @@ class Moves(Orders):
         self.enter(self.coordinates.enter(rotation, origin * self.scale, coordinates.MCSYS))
 
     def on_csys(self, words: list[str]) -> None:
-        """The rows of a matrix of 3 by 4; what it means is said in `mathpost.path.coordinates`."""
+        """Take the rows of a 3×4 matrix; `mathpost.path.coordinates` explains it."""
         matrix = np.reshape(self.numbers(words, 12), (3, 4)) * [1, 1, 1, self.scale]
         coordinates.need_right_handed(matrix[:, :3])
         first = self.coordinates.csys is None and not self.coordinates.world
@@ -303,10 +305,9 @@ class Moves(Orders):
             self.point = None  # nobody has said it in these coordinates
 
     def on_rotabl(self, words: list[str]) -> None:
-        """The table turns, and the points that follow are in coordinates that do not turn with the part.
+        """Turn the table; the points that follow are in coordinates that do not turn with the part.
 
-        SolidWorks writes TABLE, and radians from the zero of the table. Others write degrees, from the zero with
-        ATANGL.
+        SolidWorks writes TABLE, and radians from the table's zero. Others write degrees, with ATANGL from zero.
         """
         others = {"TABLE", "CCLW", "CLW", "ATANGL", "INCR"}
         axes = [word for word in words if word in ("AAXIS", "BAXIS", "CAXIS")]
@@ -322,7 +323,7 @@ class Moves(Orders):
         self.enter(another)
 
     def confirm_turn(self, axis: list[float]) -> None:
-        """Once after ROTABL: the tool axis must say that this is the way the table has turned."""
+        """Check, once after ROTABL, that the tool axis confirms the sense in which the table turned."""
         if self.unconfirmed:
             self.coordinates.confirm_turn(axis)
             self.unconfirmed = False

@@ -1,8 +1,7 @@
-"""The words of CL data that change what holds, or tell the control something: feeds, tools, spindle, coolant, …
+"""The words of CL data that change the modal state or command the control: feeds, tools, spindle, coolant, …
 
-`mathpost.path.modal` is the state that they change. Forms are those of NX, Creo, CATIA and SolidWorks, and of
-post-processors in wide use for them (PTC, "Supported CL Data Commands"; NCCS, PostWorks; ICAM's words as Autodesk
-writes them).
+`mathpost.path.modal` is the state. Forms are those of NX, Creo, CATIA and SolidWorks, and of post-processors widely
+used for them (PTC, "Supported CL Data Commands"; NCCS, PostWorks; ICAM's words as Autodesk writes them).
 """
 
 import math
@@ -23,7 +22,7 @@ SENSES = {"CLW": "CLW", "CCLW": "CCLW", "CCW": "CCLW"}
 RANGES = ("LOW", "MEDIUM", "HIGH", "AUTO")
 COOLANTS = ("FLOOD", "MIST", "THRU", "AIR", "TAP")
 OFFSETS = ("ADJUST", "OSETNO", "OFFSET")
-FEED_UNITS = {  # how many mm, None is the unit of the file; and whether per turn
+FEED_UNITS = {  # mm in it, None for the unit of the file; and whether it is per turn
     "MMPM": (1.0, False),
     "IPM": (MM_PER_INCH, False),
     "FPM": (12 * MM_PER_INCH, False),
@@ -58,7 +57,9 @@ class Orders(Lines):
         self.scale, self.units_stated = scales[words[0]], True
 
     def on_rapid(self, words: list[str]) -> None:
-        need(not words, "RAPID, or RAPID/ and nothing")  # MODAL, or a feed that the control does not take from it
+        need(
+            not words, "RAPID, or RAPID/ and nothing"
+        )  # neither MODAL nor a feed, which the control would not take
         self.rapid = True
 
     def on_fedrat(self, words: list[str]) -> None:
@@ -85,13 +86,13 @@ class Orders(Lines):
         return value * (self.scale if size is None else size), per_turn
 
     def speed_changed(self) -> None:
-        """A feed per turn follows the spindle."""
+        """Compute the feed per minute anew: a feed per turn follows the spindle."""
         self.feed = self.modal.feed_per_minute
         least = f"a feed above 0, at least {LEAST_FEED:g} mm/min"
         need(math.isnan(self.feed) or self.feed >= LEAST_FEED, least, f"{self.feed:g}")
 
     def go(self, points: ArrayLike, axis: ArrayLike, **options: Any) -> None:
-        """Add records, if it is known how fast the tool goes there, and that it goes."""
+        """Add records; refuse a move that may be skipped or whose feed is not known."""
         need(
             not self.modal.skip, "OPSKIP/OFF before a move: one that may be left out cannot be proved", "OPSKIP/ON"
         )
@@ -132,7 +133,7 @@ class Orders(Lines):
         self.command("tool", int(number), length, self.modal.length_offset, statement=statement)
 
     def offsets(self, words: list[str]) -> tuple[list[int], list[str]]:
-        """The numbers of a length offset and, if there is one, of a radius offset; and the words behind them."""
+        """Return the numbers of a length offset and, if stated, a radius offset; and the words after them."""
         taken = 2 if len(words) > 1 and words[1].isdigit() else 1
         return [self.offset(word) for word in words[:taken] or [""]], words[taken:]
 
@@ -143,14 +144,14 @@ class Orders(Lines):
         return int(word)
 
     def on_toolno(self, words: list[str]) -> None:
-        """What a tool is like; the numbers of its offsets hold when it is loaded."""
+        """Take the description of a tool; the numbers of its offsets apply when it is loaded."""
         if "OSETNO" in words and words[0].isdigit():
             offsets, _ = self.offsets(words[words.index("OSETNO") + 1 :])
             self.modal.offsets[int(words[0])] = offsets[0], offsets[1] if len(offsets) > 1 else None
         self.remark()
 
     def set_offset(self, word: str) -> None:
-        """The length offset of the tool is from here on that of another number."""
+        """Use the length offset of another number from here on."""
         self.modal.length_offset = self.offset(word)
         self.command("offset", self.modal.length_offset)
 
@@ -174,7 +175,7 @@ class Orders(Lines):
         need(side or length, "CUTCOM/LEFT, RIGHT, ON or OFF, XYPLAN, OSETNO and the number of an offset")
         if number is not None:
             self.modal.radius_offset = number
-        if length is not None:  # of a tool length, which ON says nothing of a side with
+        if length is not None:  # a tool length: ON then means no side
             self.set_offset(length)
         elif side == "ON" and self.modal.side is None:  # the side follows
             self.remark()
@@ -233,7 +234,7 @@ class Orders(Lines):
         self.command("dwell", self.seconds(self.number(words[0]), turns))
 
     def seconds(self, number: float, turns: bool) -> float:
-        """How long a delay is that is said in seconds or in turns of the spindle."""
+        """Return how long a delay in seconds or in turns of the spindle is."""
         if not turns:
             return number
         speed = known(self.modal.speed or None, "SPINDL with turns per minute before a delay in turns", "none")
@@ -247,7 +248,7 @@ class Orders(Lines):
     # Words that go into the program unchanged
 
     def insert(self) -> None:
-        """APT writes the text of INSERT into the program as it is; SolidWorks, with a slash, its remarks."""
+        """Take the text of INSERT, which APT copies into the program; SolidWorks, with a slash, writes remarks."""
         text = self.statement[len("INSERT") :].strip()
         slash, text = text.startswith("/"), text.removeprefix("/").strip()
         words = text.upper().split()

@@ -1,4 +1,4 @@
-"""Records of CL data that are one thing, and that a control may have words for: an arc, a hole."""
+"""Runs of records of CL data that a control may have words for: an arc, a hole."""
 
 from dataclasses import dataclass, replace
 
@@ -8,7 +8,7 @@ from mathpost.path.modal import Command
 
 @dataclass(frozen=True)
 class Arc:
-    """An arc or a helix from record `first` to record `last`, with chords between that turn by equal angles."""
+    """An arc or a helix from record `first` to record `last`, whose chords turn by equal angles."""
 
     first: int
     last: int
@@ -27,7 +27,7 @@ class Hole:
     first: int
     last: int
     cycle: Cycle
-    said: tuple[Command, ...] = ()  # what is said to the control on the way, as part of the cycle
+    said: tuple[Command, ...] = ()  # commands to the control on the way, as part of the cycle
 
     def moved(self, by: int) -> "Hole":
         """The same with so many records more before it."""

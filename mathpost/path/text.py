@@ -1,9 +1,9 @@
-r"""Many decimal numbers at once, between text and arrays: what reading and writing large files rests on.
+r"""Many decimal numbers at once, between text and arrays, for reading and writing large files.
 
-A `Pattern` says what the plain lines of a language look like, and takes the numbers of all of them as columns; any
-other line is left to the caller, who reads it with care. What is read is what `float` reads. `lines` puts lines
-together from `Column`s. The loops over the characters are plain Python; for a large text they are compiled, where
-Numba is installed.
+A `Pattern` describes the plain lines of a language, and reads the numbers of all of them as columns; any other line
+is left to the caller, who reads it with care. Numbers are read as by `float`. `lines` puts lines together from
+`Column`s. The loops over the characters are plain Python; for a large text they are compiled, where Numba is
+installed.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.formula import compiled
 
-BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
-WORTH = 6_000  # lines; a smaller text takes less time without machine code than loading that does
-ROWS = 4096  # lines that are written at once: what is made of them fits the processor's cache
+BLOCK = 2**19  # bytes that are read at once: their numbers fit the processor's cache
+WORTH = 6_000  # lines; for a smaller text, loading the machine code takes longer than doing without it
+ROWS = 4096  # lines that are written at once: their text fits the processor's cache
 WIDEST = 24  # characters of a number that the loop writes, at most
 NEWLINE, RETURN, BLANK, POINT, MINUS, PLUS, ZERO, NINE = b"\n\r .-+09"
 MOST_DIGITS = 18  # of a number that is read: its digits without the point are below 2**63
 POWERS = np.array([10.0**power for power in range(MOST_DIGITS + 1)])  # exact, as all up to 10**22 are
-EXACT = 2**53  # integers below are exact as floats, and so is one division of theirs by an exact power
+EXACT = 2**53  # integers below are exact as floats; dividing one by an exact power rounds once
 LARGEST = 1e15  # of numbers that are written, in units of their last digits
-TEN, NAUGHT = np.uint64(10), np.uint64(ZERO)  # without a sign: half of the time of a division with one
+TEN, NAUGHT = np.uint64(10), np.uint64(ZERO)  # unsigned: the division takes half the time of a signed one
 
 
 @dataclass(frozen=True)
 class Item:
-    """A part of a plain line: an ASCII literal, and what it holds behind it."""
+    """A part of a plain line: an ASCII literal, and the kind of number after it."""
 
     literal: str
     holds: str = ""  # "number", decimal, with or without a sign and a point; "count", digits; or nothing
@@ -43,7 +43,7 @@ class Item:
 
 
 class Pattern:
-    r"""What a plain line looks like: items in their order, and the end of the line, LF or CRLF.
+    r"""The form of a plain line: items in their order, and the end of the line, LF or CRLF.
 
     With `blanks`, blanks are allowed before and after numbers and after literals.
 
@@ -63,11 +63,11 @@ class Pattern:
         self.arrays = *_characters(self.literals), kinds, optional, blanks
 
     def match(self, block: bytes, parts: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
+        """Read the numbers of the plain lines among complete lines of bytes.
 
-        `parts` is how many such blocks the whole text has, for it to be known whether machine code is worth it.
-        That is, shape (items, lines), what `float` makes of each number, 0 for an item without one, NaN where an
-        optional item is missing; and, shape (lines,), whether the line is read: none with more than 18 digits.
+        `parts` is how many such blocks the whole text has: that decides whether machine code is worth it. Returns
+        the numbers, shape (items, lines), 0 for an item without one, NaN where an optional item is missing; and
+        whether each line was read, shape (lines,): none with more than 18 digits is.
         """
         lines = np.count_nonzero(np.frombuffer(block, np.uint8) == NEWLINE)
         values, plain = np.empty((len(self.literals), lines)), np.zeros(lines, bool)
@@ -76,11 +76,11 @@ class Pattern:
 
 
 class Reader(ABC):
-    """Takes the lines of a text one after the other: runs of plain ones together, the others one by one.
+    """Takes the lines of a text in order: runs of plain ones together, the others one by one.
 
-    Those who know the language have `pattern`; `fits(values)` and `takes_plain()`, which lines are plain to the
-    end, and whether they now mean what they say; `take_plain(values)` for so many, `take_line(raw)` for the bytes
-    of one line.
+    Subclasses, which know the language, define `pattern`; `fits(values)`, which lines are plain to the end;
+    `takes_plain()`, whether plain lines have their plain meaning now; `take_plain(values)` for a run of them, and
+    `take_line(raw)` for the bytes of one line.
     """
 
     pattern: Pattern
@@ -125,13 +125,13 @@ class Reader(ABC):
 
 @dataclass(frozen=True)
 class Column:
-    """What n lines hold: an ASCII literal, and a number behind it."""
+    """A part of n lines: an ASCII literal, and a number after it."""
 
     literal: str
     values: np.ndarray | None = None  # rounded to their `decimals`
     decimals: int = 0
     plus: str = ""  # the sign of a number that is not negative
-    shown: np.ndarray | None = None  # which lines hold it; by default all
+    shown: np.ndarray | None = None  # which lines have it; by default all
 
 
 def lines(columns: Sequence[Column], first: int, stop: int) -> Iterator[str]:
@@ -170,7 +170,7 @@ def _characters(texts: Iterable[str]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _loops(lines: float) -> tuple[Callable, Callable]:
-    """The loops `_match` and `_write`: machine code if a text of that many lines is worth it, or it is there."""
+    """The loops `_match` and `_write`: machine code if that many lines are worth it, or if it is loaded."""
     return _compiled() if lines >= WORTH or _compiled.cache_info().currsize else (_match, _write)
 
 
@@ -218,7 +218,7 @@ def _skipped(text: bytes, at: int, blanks: bool) -> int:
 
 
 def _number(text: bytes, at: int, with_sign_and_point: bool) -> tuple[int, float]:
-    """Return where the number at this place ends, and what `float` makes of it; 0 and 0 if it is not plain."""
+    """Return where the number at this place ends, and its value as by `float`; 0 and 0 if it is not plain."""
     negative = text[at] == MINUS
     if with_sign_and_point and (negative or text[at] == PLUS):
         at += 1
