@@ -65,7 +65,8 @@ class Control:
     name: str
     source: str  # what its words rest on: a manual, or a run on the control
     head: tuple[str, ...]  # lines before the moves
-    foot: tuple[str, ...]  # and after them
+    end: tuple[str, ...]  # after them in a program that is more than motion,
+    foot: tuple[str, ...]  # and at the end of any
     comment: str  # with {text} in it
     tool_length: str  # where it holds the length of the tool, as a comment at the head says it
     replaced: dict[str, str]  # characters that a comment may not hold, and what replaces them
@@ -136,10 +137,6 @@ class Control:
             raise InputError(f"work offset of {self.name}", most, f"{number}")
         return line
 
-    def work_offset_name(self, number: int) -> str:
-        """Return the name of a work offset, by which `mathpost.controls.coordinates.Setup` knows it."""
-        return re.sub(r"\s+", "", self.work_offset_line(number))
-
     def remark(self, text: str) -> list[str]:
         """Return a text as a comment, on as many lines as it needs."""
         shown = "".join(self.replaced.get(character, character) for character in " ".join(text.split()))
@@ -157,6 +154,11 @@ class Control:
         if self.last is None:
             return self.first + self.step * before
         return self.first + self.step * (before % ((self.last - self.first) // self.step + 1))
+
+    def ends(self, line: str) -> bool:
+        """Whether a line has a word that ends the program."""
+        found = [self.words.match(word) for word in self.comments.sub(" ", line).split()]
+        return any(match is not None and self.words.meaning(match)[0] == "end" for match in found)
 
     @cached_property
     def comments(self) -> re.Pattern:
@@ -312,6 +314,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         name=file.take("name", some_text, "a name in quotes"),
         source=file.take("source", some_text, "what its words rest on, in quotes"),
         head=tuple(program.take("head", *LINES, ())),
+        end=tuple(program.take("end", *LINES, ())),
         foot=tuple(program.take("foot", *LINES, ())),
         comment=program.take("comment", only_if(lambda text: "{text}" in text), "a line with {text} in it"),
         tool_length=program.take("tool_length", some_text, "a text in quotes", "IN THE TOOL TABLE"),

@@ -97,6 +97,10 @@ class WorkOffsets:
             return None
         return self.further.format(number - len(self.words) - 1 + self.counted_from)
 
+    def name(self, number: int) -> str:
+        """Return the name of an offset in `mathpost.controls.coordinates.Setup`; "" if there is none."""
+        return "".join((self.line(number) or "").split())
+
 
 def work_offsets_of(file: TomlTable) -> WorkOffsets:
     """Read the table [work_offsets]; without it there is none."""

@@ -39,7 +39,8 @@ def write(
     said = _between(control, machine, blocks)
     between = said.lines
     rows, own = len(blocks.words), list(machine.program_head)
-    if not own and not machine.program_foot:
+    only_motion = not own and not machine.program_foot
+    if only_motion:
         own = control.remark(MOTION_ONLY)
     stated = re.search(r"\d{1,4}", name)
     number = f"{int(stated[0]) or 1:04d}" if stated else "0001"
@@ -49,7 +50,7 @@ def write(
         return [line.replace("{rounding}", f"{0:.4f}") for line in named]
 
     between[0][:0] = filled((*control.head, *own, *_tool_list(control, blocks)))
-    foot = filled((*machine.program_foot, *control.foot))
+    foot = filled(_foot(control, machine, only_motion))
     between[rows] += foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
@@ -68,6 +69,15 @@ def write(
                 line, count = f"{skip}{control.numbered(line, count)}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
+
+
+def _foot(control: Control, machine: Machine, only_motion: bool) -> list[str]:
+    """The lines after the moves; the foot of the machine may end the program itself."""
+    own = machine.program_foot
+    last = [*(() if only_motion else control.end), *control.foot]
+    if any(control.ends(line) for line in own):
+        last = [line for line in last if not control.ends(line)]
+    return [*own, *last]
 
 
 def state_rounding(text: str, control: Control, rounding: float) -> str:

@@ -145,10 +145,10 @@ def _origins(paths: list[ToolPath], options: Options) -> dict[str, tuple[float, 
     for path in paths:
         if path.offset is not None:
             try:
-                name = options.control.work_offset_name(path.offset)
+                options.control.work_offset_line(path.offset)
             except InputError as error:
                 raise InputError(f"{path.cl.where(0)}: {error.where}", error.expected, error.found) from None
-            origins[name] = path.kin.machine.origin
+            origins[options.control.work_offsets.name(path.offset)] = path.kin.machine.origin
     return origins
 
 

@@ -213,7 +213,7 @@ def _with_offsets(setup: Setup, machine: Machine, control: Control) -> Setup:
     numbers: dict[int, tuple[float, ...]] = dict(machine.offsets)
     if machine.offset is not None:
         numbers[machine.offset] = machine.origin
-    known = {name: at for number, at in numbers.items() if (name := _offset_name(control, number))}
+    known = {name: at for number, at in numbers.items() if (name := control.work_offsets.name(number))}
     return replace(setup, offsets=known | setup.offsets)
 
 
@@ -221,19 +221,10 @@ def _from_one_origin(cl: CLData, machine: Machine, control: Control, setup: Setu
     """CL data that count from the origin of a machine throughout, whatever known work offsets they name."""
     points = []
     for part, _, number in cl.by_setup():
-        origin = setup.offsets.get(_offset_name(control, number), machine.origin)
+        name = "" if number is None else control.work_offsets.name(number)
+        origin = setup.offsets.get(name, machine.origin)
         points.append(part.points + np.subtract(origin, machine.origin))
     return replace(cl, points=np.concatenate(points))
-
-
-def _offset_name(control: Control, number: int | None) -> str:
-    """The name of a work offset; "" if none is meant, or the control does not have it: no program can call it."""
-    if number is None:
-        return ""
-    try:
-        return control.work_offset_name(number)
-    except InputError:
-        return ""
 
 
 def _simulated(program: Program) -> Simulated:

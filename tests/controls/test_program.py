@@ -1,5 +1,6 @@
 """Programs written and read back, in every dialect; wrong words and mutated programs."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -352,3 +353,24 @@ def test_numbers_of_any_size_are_written_or_refused(used):
 
 def test_words_lie_axis_by_axis():
     assert reader.read(TEXTS["heidenhain"], DMU).words.T.flags.c_contiguous
+
+
+@pytest.mark.parametrize(
+    ("dialect", "own", "last"),
+    [
+        ("heidenhain", None, ["END PGM MATHPOST MM"]),
+        ("heidenhain", (), ["M30", "END PGM MATHPOST MM"]),
+        ("heidenhain", ("M9", "M2"), ["M9", "M2", "END PGM MATHPOST MM"]),
+        ("heidenhain", ("M02 ; DONE",), ["M02 ; DONE", "END PGM MATHPOST MM"]),
+        ("heidenhain", ("M5 ; THEN M30",), ["M5 ; THEN M30", "M30", "END PGM MATHPOST MM"]),
+        ("fanuc", ("M9",), ["M9", "M30", "%"]),
+        ("fanuc", ("M9 M30",), ["M9 M30", "%"]),
+        ("linuxcnc", ("M30",), ["M30"]),
+        ("siemens", ("M2",), ["M2"]),
+    ],
+)  # fmt: skip
+def test_a_program_ends_once(dialect, own, last):
+    """M30 before END PGM, but where there are moves only; not behind a foot that ends the program."""
+    machine = DMU if own is None else replace(DMU, program_head=("M8",), program_foot=own)
+    lines = writer.write(blocks(), machine, dialect).splitlines()
+    assert [re.sub(r"^N?\d+ ", "", line).strip() for line in lines[-len(last) :]] == last
