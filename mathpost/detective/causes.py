@@ -1,7 +1,7 @@
-"""What goes wrong between a tool and its words: the chain of a machine as somebody may have computed it.
+"""Mistakes between a tool and its words: the chain of a machine as somebody may have computed it.
 
-`COST` says how far-fetched a cause is, from how often it was found (`causes.toml`). A `Setup` computes the chain
-with other numbers, in another order or of other words than the machine has; each of `causes` changes one.
+`COST` is how far-fetched a cause is, from how often it was found (`causes.toml`). A `Setup` computes the chain with
+numbers, an order or words that are not the machine's; each of `causes` changes one.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ COST = {name: max(1.0 - STEP * len(cause["seen"]), LEAST) for name, cause in CAU
 
 
 def slip(name: str, phrase: str, more: float = 0.0, **changes: Any) -> Slip:
-    """Return the `Slip` of a cause of the catalogue, `more` far-fetched than its plain form."""
+    """Return the `Slip` of a cause of the catalogue; it costs `more` than its plain form."""
     return Slip(CAUSES[name]["kind"], COST[name] + more, phrase, changes)
 
 
@@ -45,17 +45,17 @@ class Setup(Misread):
     values: dict[sp.Symbol, float]  # the values of the symbols of `mathpost.chain.Geometry`
     tool: np.ndarray  # the tip from the nose at rotary zero, turned with the heads, mm
     unturned: np.ndarray  # the same, but not turned
-    source: tuple[int, ...]  # which rotary word is used for each joint
-    factor: tuple[float, ...]  # what it is multiplied by
-    zero: tuple[float, ...]  # and what is added, degrees
+    source: tuple[int, ...]  # index of the rotary word used for each joint
+    factor: tuple[float, ...]  # by which it is multiplied
+    zero: tuple[float, ...]  # degrees added to it
     order: tuple[int, ...] = (0, 1, 2)  # where the entries of the answer come from
-    signs: tuple[float, ...] = (1.0, 1.0, 1.0)  # what they are multiplied by
+    signs: tuple[float, ...] = (1.0, 1.0, 1.0)  # factors of these
     slips: tuple[Slip, ...] = ()
 
     @classmethod
     @lru_cache(maxsize=64)
     def right(cls, machine: Machine) -> Setup:
-        """The chain as the machine has it."""
+        """Return the correct chain of a machine."""
         symbols, numbers = chain.Geometry.symbols(machine).flat(), chain.Geometry.numbers(machine).flat()
         values = {
             symbol: float(number) for symbol, number in zip(symbols, numbers, strict=True) if symbol.is_Symbol
@@ -65,28 +65,28 @@ class Setup(Misread):
         return cls(machine, links, values, tool, np.zeros(3), tuple(range(count)), (1.0,) * count, (0.0,) * count)
 
     def point(self, name: str) -> np.ndarray:
-        """A point on a rotary axis; of `"origin"` that of the workpiece."""
+        """Return a point on a rotary axis; for `"origin"` the workpiece origin."""
         return self._vector("o" if name == "origin" else f"p_{name}")
 
     def moved(self, name: str, point: np.ndarray) -> Setup:
-        """The same with another point, or another workpiece origin."""
+        """Return the setup with a different point, or a different workpiece origin."""
         return self._with("o" if name == "origin" else f"p_{name}", point)
 
     def pivoted(self, name: str, point: np.ndarray) -> Setup:
-        """The same with another point of a head, which X Y Z go on naming if they do."""
+        """Return the setup with a different point of a head; if X Y Z name that point, they still do."""
         named = self.machine.programmed_point
         moved = self.moved(name, point)
         is_pivot = not isinstance(named, str) and np.array_equal(named, self.point(name))
         return moved._with("r", point) if is_pivot else moved
 
     def longer(self, more: float) -> Setup:
-        """The same with a tool that is so many mm longer; X Y Z that name its tip go on naming it."""
+        """Return the setup with a tool that is `more` mm longer; if X Y Z name its tip, they still do."""
         length = self.machine.tool_length + more
         made = self.values | {chain.Geometry.symbols(self.machine).tool_length: length}
         return replace(self, values=made, tool=self.tool - more * unit(np.array(self.machine.tool_axis)))
 
     def reversed(self, name: str) -> Setup:
-        """The same with a rotary axis that turns the other way."""
+        """Return the setup with a rotary axis that turns the other way."""
         return self._with(f"V_{name}", -self._vector(f"V_{name}"))
 
     def _vector(self, name: str) -> np.ndarray:
@@ -125,7 +125,7 @@ class Setup(Misread):
 
 @lru_cache(maxsize=64)
 def _links(machine: Machine) -> tuple[dict[str, Callable], tuple[sp.Symbol, ...]]:
-    """The links compiled, by name, and the symbols that they take beside the joints."""
+    """The links compiled, by name, and the symbols that they take besides the joints."""
     entries = [entry for entry in chain.Geometry.symbols(machine).flat() if entry.is_Symbol]
     symbols = tuple(dict.fromkeys(entries))
     arguments = (*chain.joint_symbols(machine), *symbols)
@@ -135,14 +135,14 @@ def _links(machine: Machine) -> tuple[dict[str, Callable], tuple[sp.Symbol, ...]
 
 @dataclass(frozen=True)
 class Cause:
-    """One thing gone wrong: its slip, and what it makes of a `Setup`."""
+    """One mistake: its slip, and the change that it makes to a `Setup`."""
 
     slip: Slip
     change: Callable[[Setup], Setup]
 
 
 def misread(setup: Setup, *found: Cause) -> Setup:
-    """Return a setup with causes, one after the other."""
+    """Return a setup with causes applied in order."""
     for cause in found:
         setup = replace(cause.change(setup), slips=(*setup.slips, cause.slip))
     return setup
@@ -167,7 +167,7 @@ def _with(**changes: Any) -> Callable[[Setup], Setup]:
 
 
 def _set(name: str, index: int | None, value: float) -> Callable[[Setup], Setup]:
-    """A change of one entry, or all where there is no index, of a tuple of a setup."""
+    """A change of one entry, or of all if `index` is None, of a tuple of a setup."""
 
     def change(setup: Setup) -> Setup:
         old = getattr(setup, name)
@@ -225,7 +225,7 @@ def _exchanged(links: tuple[str, ...], names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _points(machine: Machine) -> Iterator[Cause]:
-    """Pivots and the workpiece origin, left out, of the opposite sign and twice, from where they may be counted."""
+    """Pivots and the workpiece origin: left out, of opposite sign or twice, counted from workpiece or machine."""
     origin, nowhere = np.array(machine.origin, dtype=float), np.zeros(3)
     points = {each.name: np.array(each.point, dtype=float) for each in machine.rotary}
     axes = {each.name: unit(np.array(each.axis)) for each in machine.rotary}
@@ -249,7 +249,7 @@ def _points(machine: Machine) -> Iterator[Cause]:
 
 
 def _across(offset: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
-    """The part of an offset that is square to an axis: along it a point may be anywhere."""
+    """The part of an offset that is square to an axis: along the axis the point is arbitrary."""
     return offset if axis is None else offset - offset @ axis * axis
 
 

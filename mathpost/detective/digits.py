@@ -1,4 +1,4 @@
-"""How exactly a number is known that somebody wrote: by its digits."""
+"""The precision of a written number, from its digits."""
 
 from decimal import Decimal, InvalidOperation
 
@@ -11,7 +11,7 @@ from mathpost.errors import InputError
 def written_decimals(values: ArrayLike) -> int:
     """Return the greatest number of digits after the point that any of `values` (strings or numbers) shows.
 
-    Thirteen digits of a float count, so that the rounding of a sum such as 35.707 + 360 does not.
+    Thirteen digits of a float count, so that rounding in a sum such as 35.707 + 360 does not.
     """
     most = 0
     for value in np.asarray(values, dtype=object).ravel():
@@ -20,13 +20,13 @@ def written_decimals(values: ArrayLike) -> int:
             exponent = Decimal(text).as_tuple().exponent
         except InvalidOperation:
             exponent = "n"
-        if not isinstance(exponent, int):  # of what is infinite or no number, it is a letter
+        if not isinstance(exponent, int):  # a letter, if the value is infinite or not a number
             raise InputError("answer", "finite numbers", repr(value))
         most = max(most, -exponent)
     return most
 
 
 def half_digit(values: ArrayLike) -> float:
-    """Return half of the last digit of decimal fractions; 0 of whole numbers and full floats: those are exact."""
+    """Return half of the last digit of decimal fractions; 0 for whole numbers and full floats: those are exact."""
     decimals = written_decimals(values)
     return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0

@@ -1,8 +1,8 @@
 """Which misreading of three Euler angles gives this number?
 
-Someone has turned a point, or built a matrix, and got something else than expected. Every misreading of
+Someone has turned a point, or built a matrix, and got an unexpected result. Every misreading of
 `mathpost.detective.misreadings` is tried; those that give the answer to the precision to which it was written are
-returned, the simplest first. A match that so many tries would have hit by accident anyway explains nothing.
+returned, the simplest first. A match that the number of tries would produce by accident explains nothing.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ def _copied(phrase: str, cost: float = 1, **changes: tuple[int, ...]) -> tuple[S
     return (Slip("copied", cost, phrase, changes),)
 
 
-_Found = tuple[Factors, list[Wording], tuple[Slip, ...]]  # what fits: with the slips beside those of the factors
-ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
-MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
+_Found = tuple[Factors, list[Wording], tuple[Slip, ...]]  # a fit; slips besides those of the factors
+ROUNDING = 1e-9  # relative error of a spreadsheet's own arithmetic
+MOST, SHOWN = 100, 6  # misreadings examined and shown: right angles and points on an axis have many
 MORE_DIGITS = Slip(UNROUNDED, 0.5, "the angles were used with more digits than are given")
 COPIED = (
     (),
@@ -66,8 +66,8 @@ def explain(
 ) -> Explanation:
     """Return the misreadings of three Euler angles that give `answer`, the simplest first.
 
-    Right is what source 000 does: the coordinates of a fixed point in a frame turned by the first angle about the
-    first axis, by the second about the new second and by the third about the newest third axis.
+    The right way is that of source 000: the coordinates of a fixed point in a frame turned by the first angle about
+    the first axis, by the second about the new second and by the third about the newest third axis.
 
     `angles`, shape (3,), are degrees, as they were given, about the axes of `sequence`. `point` has the shape (3,),
     or (n, 3) for points that one misreading must explain together, and `answer` its shape; or `point` is None and
@@ -76,7 +76,7 @@ def explain(
     right answer then belongs to the point minus the origin.
 
     The result is an `Explanation`. `InputError` if an argument is not finite numbers of that shape or names no
-    axes, or the point is the origin, which every misreading leaves in its place.
+    axes, or if the point is the origin, which no misreading moves.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def explain(
 
 
 def _about(origin: np.ndarray, sequence: str) -> tuple[Factors, ...]:
-    """The factors to start from where the point is to be taken relative to `origin`; the first are right."""
+    """The factors to start from if the point is to be taken relative to `origin`; the first are right."""
     o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
     right = Factors(sequence, before=minus, point="(p − o)")
     centre = "the origin is added again after the rotation: it is taken for the centre of rotation"
@@ -155,12 +155,12 @@ class _Match(Match):
 
     @property
     def sentence(self) -> str:
-        """What went wrong, in words, and whose convention that is."""
+        """The mistake in words, and whose convention it is."""
         known_as = trade_name(self.wordings[0], self.factors) if self.slips else ""
         return super().sentence + (f" (as {known_as})" if known_as else "")
 
     def value(self, angles: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """What it gives, shape (n, 3)."""
+        """Return its result, shape (n, 3)."""
         each = self.factors
         matrix = matrices([each], [self.wordings[0].key], angles)[0, 0]
         turned = (points + each.before) @ matrix.T
@@ -169,7 +169,7 @@ class _Match(Match):
 
 @dataclass(frozen=True)
 class _Case:
-    """One question: the search and what it finds."""
+    """One question: the search and its result."""
 
     angles: np.ndarray
     points: np.ndarray
@@ -190,7 +190,7 @@ class _Case:
 
     @property
     def reach(self) -> float:
-        """How far more digits of the angles may move the point."""
+        """How far the point may move if the angles had more digits."""
         return self.tolerance + self.size * np.deg2rad(self.half_digits.sum()) * 1.5
 
     def explain(self, shape: tuple[int, ...]) -> Explanation:
@@ -216,7 +216,7 @@ class _Case:
         return Explanation(tuple(misreadings), self.tolerance, tried, note)
 
     def likely(self, depth: int, placing: Factors) -> tuple[list[_Match], int]:
-        """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
+        """Return the matches at `depth` that are not accidental, and how many were tried."""
         turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
         found, count, costs = turned.search(placing.axes, depth)
         right = self.placings[0]
@@ -227,10 +227,10 @@ class _Case:
         return [match for match in matches if turned.chance(costs, match) < CHANCE], count
 
     def moved(self) -> tuple[list[_Match], int]:
-        """Matches of several points that were moved as well as turned: the differences between them only turn."""
+        """Return matches of points that were shifted as well as turned: their differences are only turned."""
         start, end = self.points.mean(axis=0), self.target.mean(axis=0)
         differences = replace(self, points=self.points - start, target=self.target - end, slack=2.0)
-        if self.is_matrix or differences.size < 1e-9:  # as that of one point is
+        if self.is_matrix or differences.size < 1e-9:  # as for a single point
             return [], 0
         found, count = differences.likely(2, Factors(self.placings[0].axes))
         placed = []
@@ -242,9 +242,9 @@ class _Case:
         return placed, count
 
     def search(self, axes: str, depth: int) -> tuple[list[_Found], int, np.ndarray]:
-        """Compare the factors of a `depth` in all products, copied wrongly and of more digits too, with the answer.
+        """Compare the answer with the factors of a `depth` in all products, also miscopied or with more digits.
 
-        Return factors, wordings and more slips of what fits, how many were tried, and their costs in order.
+        Returns factors, wordings and further slips of the fits, how many were tried, and their costs in order.
         """
         factors, products = _products(axes, depth, tuple(self.angles.tolist()))
         same = list(wordings().values())
@@ -280,7 +280,7 @@ class _Case:
         return np.abs(left).max() <= self.tolerance
 
     def chance(self, costs: np.ndarray, match: _Match) -> float:
-        """The expected number of accidental matches among the misreadings that are no more far-fetched."""
+        """Return the expected number of accidental matches among misreadings that cost no more."""
         copies = [sum(slip.cost for slip in copied) for copied in COPIED]
         beside = np.add.outer([placing.cost for placing in self.placings], copies)
         tries = np.searchsorted(costs, match.cost - beside + 1e-9, side="right").sum()
@@ -293,7 +293,7 @@ class _Case:
         return tries * share
 
     def tell_apart(self, groups: list[list[_Match]]) -> str:
-        """Propose the point, or else the angles, for which the misreadings differ most clearly."""
+        """Propose the point, or if need be the angles, for which the misreadings differ most clearly."""
         options = [(self.angles, point) for point in PROBE_POINTS] if not self.is_matrix else []
         options += [(angles, point) for angles in PROBE_ANGLES for point in PROBE_POINTS[:1]]
         for angles, point in options:
@@ -340,15 +340,15 @@ def _products(axes: str, depth: int, angles: tuple[float, ...]) -> tuple[list[Fa
 
 
 def _product(match: _Match) -> bytes:
-    """What tells products apart, whatever the angles and the point."""
+    """A key that differs between products, whatever the angles and the point."""
     return (np.round([match.value(angles, PROBE_POINTS) for angles in GENERIC_ANGLES], 9) + 0.0).tobytes()
 
 
 def _translated(matrix: np.ndarray, shift: np.ndarray, tolerance: float) -> Slip:
     """The slip of points that were turned by `matrix` and then moved by `shift`.
 
-    A shift across the axis of rotation is what a rotation about another centre makes: the centre that is nearest to
-    the origin is named.
+    A shift across the axis of rotation is that of a rotation about a different centre: the one nearest to the
+    origin is named.
     """
     moved = np.eye(3) - matrix
     centre = np.linalg.lstsq(moved, shift, rcond=1e-6)[0]

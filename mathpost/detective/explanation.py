@@ -11,14 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 COST = attrgetter("cost")
-CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
-FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
-UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
+CHANCE = 0.005  # expected accidental matches above which a match explains nothing
+FAR_FETCHED = 1.0  # misreadings that cost this much more than the simplest are not shown
+UNROUNDED = "unrounded"  # the kind of slip that is no mistake: more digits of the input were used than are given
 
 
 @dataclass(frozen=True)
 class Slip:
-    """One thing misread: its kind in a word, how far-fetched it is, the words for it, what it changes."""
+    """One mistake: its kind in a word, how far-fetched it is, its description, the fields that it changes."""
 
     kind: str
     cost: float
@@ -30,12 +30,12 @@ class Slip:
 class Misreading:
     """One misreading that gives the answer; without slips it is the right way."""
 
-    sentence: str  # what was misread, as in "the final transpose is missing"
+    sentence: str  # the mistake, such as "the final transpose is missing"
     product: str  # the matrix product: E is a passive elementary matrix, R an active one, p the point
     kinds: tuple[str, ...]  # of slip, such as ("transpose",)
-    value: np.ndarray  # what it gives, in the shape of the answer
+    value: np.ndarray  # its result, in the shape of the answer
     same: tuple[str, ...]  # other wordings of the identical product, with their products
-    cost: float  # how much has to be misread: about one for each slip
+    cost: float  # how far-fetched it is: about one for each slip
 
     def __str__(self) -> str:
         return f"{self.sentence}: {self.product}"
@@ -43,12 +43,12 @@ class Misreading:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What `explain` or `explain_joints` found."""
+    """The result of `explain`, `explain_joints` and the like."""
 
     misreadings: tuple[Misreading, ...]  # those that give the answer, the simplest first
     tolerance: float  # how far a misreading may be from the answer: half of the last digit written
-    tried: int  # how many were compared with it
-    note: str = ""  # how to tell several misreadings apart, or what is known if none fits
+    tried: int  # how many misreadings were compared with it
+    note: str = ""  # how to tell several misreadings apart, or the facts if none fits
     travel: tuple[str, ...] = ()  # sentences on rotary words outside travel, which no misreading excuses
 
     @property
@@ -58,7 +58,7 @@ class Explanation:
 
     @property
     def right(self) -> bool:
-        """Whether the right way gives the answer, be it with more digits of the angles than are given."""
+        """Whether the right way gives the answer, even if with more digits of the angles than are given."""
         return self.explained and set(self.misreadings[0].kinds) <= {UNROUNDED}
 
     def __str__(self) -> str:
@@ -67,12 +67,12 @@ class Explanation:
 
 
 class Misread(ABC):
-    """Anything with `slips`: what they cost together, and the words for them."""
+    """Anything with `slips`: their total cost and their description."""
 
     @property
     @abstractmethod
     def slips(self) -> tuple[Slip, ...]:
-        """What was misread."""
+        """The mistakes."""
 
     @property
     def cost(self) -> float:
@@ -84,12 +84,12 @@ class Misread(ABC):
 
 
 class Match(Misread):
-    """One that gives the answer."""
+    """A misreading that gives the answer."""
 
     @property
     @abstractmethod
     def product(self) -> str:
-        """What was computed, as text."""
+        """The computation as text."""
 
 
 AnyMatch = TypeVar("AnyMatch", bound=Match)
@@ -98,9 +98,9 @@ AnyMatch = TypeVar("AnyMatch", bound=Match)
 def grouped(
     matches: Iterable[AnyMatch], key: Callable[[AnyMatch], Hashable], most: int | None = None
 ) -> list[list[AnyMatch]]:
-    """Return the matches worth telling, the least far-fetched first, in lists of those with one `key`.
+    """Return the matches worth showing, the least far-fetched first, in lists of those with one `key`.
 
-    The first `most` are looked at; one that has all the slips of another and more explains nothing.
+    The first `most` are examined; one that has all the slips of another and more explains nothing.
     """
     ranked = sorted(matches, key=COST)[:most]
     near = [match for match in ranked if match.cost <= ranked[0].cost + FAR_FETCHED]
@@ -112,7 +112,7 @@ def grouped(
 
 
 def told(group: Sequence[Match], value: np.ndarray) -> Misreading:
-    """Return the first of a group of matches, all of one `value`, as a `Misreading`; the others are the same."""
+    """Return the first of a group of matches with one `value` as a `Misreading`; the others go to its `same`."""
     first, *others = group
     near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
     same = tuple(f"{match.sentence}: {match.product}" for match in near)

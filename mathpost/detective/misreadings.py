@@ -1,9 +1,9 @@
 """Every way to misread a rotation by three Euler angles, enumerated, evaluated and put into words.
 
-A misreading is a set of slips; the right way has none. It has two parts. The *wording* says how the product is
-made: which of the two recipes of source 000, in what order, of active or passive elements, with which signs,
-transposed or not, the point as a column or as a row. The 768 wordings come to 48 different products. The *factors*
-say what the product is made of, and what is done to the point and to the answer: a slip changes the right ones.
+A misreading is a set of slips; the right way has none. It has two parts. The *wording* is the form of the product:
+which of the two recipes of source 000, in what order, with active or passive elements, with which signs,
+transposed or not, the point as a column or as a row. The 768 wordings give 48 different products. The *factors* are
+the angles and axes in the product, and the changes to the point and to the answer: a slip changes the right ones.
 """
 
 from __future__ import annotations
@@ -23,13 +23,21 @@ from mathpost.rotation import PASSIVE
 
 ANGLES = "αβγ"
 NOWHERE = (0.0, 0.0, 0.0)
-OUTSIDE = {"before", "after", "point", "added", "quaternion", "order", "signs"}  # what is not done in the product
+OUTSIDE = {
+    "before",
+    "after",
+    "point",
+    "added",
+    "quaternion",
+    "order",
+    "signs",
+}  # fields that do not concern the product
 PI_WRITTEN = (3.14, 3.142, 3.1416, 3.14159, 22 / 7)
 DEGREES_CALLED = "{} {verb} converted with DEGREES, not with RADIANS"
 EXCHANGED = "90° − {} is used, or sine and cosine are exchanged"
 FOR_MINUTES = "the decimals of {} are taken for minutes, 35.30 for 35°30′"
 AS_DECIMALS = "the minutes of {} are written as decimals, 35.30 for 35.5°"
-# Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
+# Axes of the first, second and third angle for which a trade has a name, and the order of the frame's factors.
 TRADE = {"ZYX": ("KUKA A B C", (0, 1, 2)), "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0))}
 # The keys of a few misreadings of the recipes of source 000.
 COMMON = {
@@ -53,12 +61,12 @@ def _fraction_times(degrees: float, factor: float) -> float:
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the number of an angle may mean, and the slip of whoever takes it so."""
+    """A meaning of the number of an angle, and the slip of taking it so."""
 
-    degrees: Callable[[float, float], float]  # that are used, of the number and some value of π
-    written: str  # how they are
+    degrees: Callable[[float, float], float]  # from the number and some value of π
+    written: str  # the angle in a product
     kind: str = ""
-    for_all: float | None = None  # what the slip costs for all angles; None if it is not tried
+    for_all: float | None = None  # cost of the slip for all angles; None if it is not tried
     for_one: float = 0.0  # and for one
     phrase: str = ""
 
@@ -96,7 +104,7 @@ QUATERNION = tuple(
 
 @dataclass(frozen=True)
 class Wording(Misread):
-    """One way to make the product; `order` and `signs` are those that are said, before any transpose."""
+    """One form of the product; `order` and `signs` are as stated, before any transpose."""
 
     recipe: int
     active: bool
@@ -112,7 +120,7 @@ class Wording(Misread):
 
     @property
     def key(self) -> Key:
-        """The product that it comes to: rotations from left to right and the signs of their passive elements."""
+        """The product that it gives: rotations from left to right and the signs of their passive elements."""
         order, signs = self.order, tuple(-s if self.active else s for s in self.signs)
         if self.transposed != self.row:
             order, signs = order[::-1], tuple(-s for s in signs)
@@ -121,20 +129,20 @@ class Wording(Misread):
 
 @dataclass(frozen=True)
 class Factors(Misread):
-    """The angles and axes of the first, second and third rotation, and what is done to point and answer."""
+    """The angles and axes of the first, second and third rotation, and the changes to point and answer."""
 
     axes: str
-    source: tuple[int, ...] = (0, 1, 2)  # which angle is used there
+    source: tuple[int, ...] = (0, 1, 2)  # index of the angle used for each
     kept: tuple[bool, ...] = (True, True, True)
     meaning: tuple[str, ...] = ("degrees",) * 3
     angle_decimals: int | None = None  # None if not rounded
     pi: float = np.pi
     entry_decimals: int | None = None
-    before: tuple[float, ...] = NOWHERE  # what is added to the point before the rotation, and after it
+    before: tuple[float, ...] = NOWHERE  # added to the point before the rotation, and after it
     after: tuple[float, ...] = NOWHERE
-    point: str = "p"  # how both are written
+    point: str = "p"  # the text for each
     added: str = ""
-    quaternion: int = 0  # by how many places its entries are shifted
+    quaternion: int = 0  # places by which its entries are shifted
     order: tuple[int, ...] = (0, 1, 2)  # where the answer's entries come from, and their signs
     signs: tuple[int, ...] = (1, 1, 1)
     slips: tuple[Slip, ...] = ()
@@ -155,7 +163,7 @@ class Factors(Misread):
         return np.array(meant) * self.pi / 180
 
     def matters(self, angles: np.ndarray) -> bool:
-        """Whether rounding and meaning change any angle: to round 135 to two decimals is no slip."""
+        """Whether rounding and meaning change any angle: rounding 135 to two decimals is no slip."""
         if self.angle_decimals is not None and np.array_equal(self.rounded(angles), angles):
             return False
         meant = [
@@ -205,9 +213,9 @@ def _dots(order: Iterable[int]) -> str:
 def all_factors(sequence: str, depth: int) -> tuple[Factors, ...]:
     """Return the `Factors` to try on the Euler angles `sequence`, the cheapest first.
 
-    At `depth` 2 that is every slip of the factors alone and every two together, but quaternions and meanings other
-    than units only alone; at depth 3 the common slips (other axes, angles exchanged or left out, degrees taken for
-    radians, angles rounded) in all their combinations.
+    At `depth` 2: each slip alone and each pair, but quaternions and meanings other than units only alone. At depth
+    3: the common slips (other axes, angles exchanged or left out, degrees taken for radians, angles rounded) in all
+    combinations.
     """
     meanings = list(_meanings())
     units = [slip for slip in meanings if slip.kind == "unit"]
@@ -283,7 +291,7 @@ def elementary(axis: str, angle: ArrayLike) -> np.ndarray:
 
 
 def matrices(factors: Sequence[Factors], keys: Sequence[Key], angles: np.ndarray) -> np.ndarray:
-    """Return what `factors` make of `angles` (3,), degrees, in the products `keys`, shape (factors, keys, 3, 3)."""
+    """Return the products `keys` of `factors` for `angles` (3,), degrees, shape (factors, keys, 3, 3)."""
     radians = np.array([each.radians(angles) for each in factors])
     elements = np.empty((len(factors), 3, 2, 3, 3))
     axes = np.array([list(each.axes) for each in factors])
@@ -311,7 +319,7 @@ def common_matrices(names: Iterable[str], angles: np.ndarray) -> np.ndarray:
 
 
 def trade_name(wording: Wording, factors: Factors) -> str:
-    """Return whose angles these would be, as in "KUKA A B C", or an empty text.
+    """Return the name that a trade has for these angles, such as "KUKA A B C", or an empty text.
 
     Both trades mean the frame Rz·Ry·Rx: KUKA gives the angle about Z first, Fanuc the one about X. The frame, or
     its inverse, turns the point. In a left-handed system all angles count the other way.
@@ -325,7 +333,7 @@ def trade_name(wording: Wording, factors: Factors) -> str:
 
 
 def written(wording: Wording, factors: Factors) -> str:
-    """Return the product of a misreading as text: E passive, R active elementary matrices, beside the point."""
+    """Return the product of a misreading as text: E passive, R active elementary matrices, times the point."""
     letter, parts = "R" if wording.active else "E", []
     for n in wording.order:
         angle = MEANINGS[factors.meaning[n]].written.format(ANGLES[factors.source[n]])

@@ -1,7 +1,7 @@
 """Why is the tip there? A tip or words X Y Z that somebody's chain gave, and the causes that give the same.
 
-Forward, the joints are known and the tip is somebody's; backward, the tip and the rotary words are known and X Y Z
-are somebody's. Each of `causes.causes` is tried alone, then every two together.
+Forward, the joints are known and the tip is in question; backward, the tip and the rotary words are known and X Y Z
+are in question. Each of `causes.causes` is tried alone, then each pair.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 
-APART = 0.05  # mm between what two readings give, to be told apart
+APART = 0.05  # mm between the results of two readings that can be told apart
 GENERIC = np.array([(13.7, -21.3, 34.1), (-44.9, 17.3, 8.6), (5.2, 61.4, -12.8)])
 GENERIC_ANGLES = np.array([(31.3, 47.9), (-23.7, 104.1), (67.2, -15.8)])
 PROBES = np.array(
@@ -32,11 +32,11 @@ MOST = 6
 def explain_tip(
     kinematics: Kinematics, joints: ArrayLike, answer: ArrayLike, *, decimals: int | None = None
 ) -> Explanation:
-    """Return what gives somebody's tip for known joints, the simplest first.
+    """Return the causes that give somebody's tip for known joints, the simplest first.
 
     `joints`, shape (3 + k,) or (n, 3 + k), are X Y Z in mm and the k rotary words in degrees. `answer` is the tip
     in the workpiece, (3,) or (n, 3), or tip and tool axis, (6,) or (n, 6), to `decimals` digits, by default as many
-    as they show. `InputError` for what is not finite numbers of that shape.
+    as they show. `InputError` unless they are finite numbers of that shape.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def explain_linear(
     decimals: int | None = None,
     together: int = 2,
 ) -> Explanation:
-    """Return what gives somebody's words X Y Z for a known tip, at known rotary words, the simplest first.
+    """Return the causes that give somebody's words X Y Z for a known tip and rotary words, the simplest first.
 
     `tip` and `answer` have shape (3,) or (n, 3), mm, `angles` (k,) or (n, k), degrees. Up to two causes are tried
     `together`, or each alone.
@@ -100,7 +100,7 @@ def _explained(
 
 @dataclass(frozen=True)
 class _Match(Match):
-    """A setup that fits, and what it gives, (n, 3) or (n, 6)."""
+    """A setup that fits, and its result, (n, 3) or (n, 6)."""
 
     setup: Setup
     value: np.ndarray
@@ -128,14 +128,14 @@ class _Case:
 
     @property
     def tolerance(self) -> float:
-        """What the digits of the answer and of what is given allow, mm."""
+        """The deviation that the digits of the answer and of the input allow, mm."""
         lever = np.linalg.norm(self.given[:, :3], axis=1).max() + np.abs(self.target[:, :3]).max()
         lever += sum(np.linalg.norm(each.point) for each in self.machine.rotary) + self.machine.tool_length
         moved = np.deg2rad(self.halves[3:].sum()) * lever + self.halves[:3].sum()
         return 0.5 * 10.0**-self.decimals * (1 + 1e-6) + moved + 1e-9 * max(1.0, lever)
 
     def value(self, setup: Setup, given: np.ndarray | None = None) -> np.ndarray:
-        """What a setup gives, (n, 3) or (n, 6)."""
+        """Return the result of a setup, (n, 3) or (n, 6)."""
         return getattr(setup, self.way)(self.given if given is None else given)[:, : self.target.shape[1]]
 
     def fits(self, setup: Setup) -> bool:
@@ -161,7 +161,7 @@ class _Case:
         return Explanation(misreadings, self.tolerance, tried, note, self.travel())
 
     def behaviour(self, match: _Match) -> bytes:
-        """What tells causes apart, whatever the input."""
+        """Return a key that differs between causes, whatever the input."""
         rotary = GENERIC_ANGLES[:, : len(self.machine.rotary)]
         return self.value(match.setup, np.concatenate([GENERIC, rotary], axis=1)).round(6).tobytes()
 
@@ -182,7 +182,7 @@ class _Case:
         return f"{len(groups)} readings give the same number here. To tell them apart, try {asked}: {results}."
 
     def what_is_known(self, right: Setup) -> str:
-        """How far somebody's answer is from the right one."""
+        """Say how far somebody's answer is from the right one."""
         value = self.value(right)
         off = self.target - value
         said = f"Right is {_written(value[0])}; it is off by {_written(off[0])}"
@@ -191,7 +191,7 @@ class _Case:
         return f"{said}."
 
     def travel(self) -> tuple[str, ...]:
-        """Which of the given rotary words are outside travel."""
+        """Return a sentence for each given rotary word that is outside travel."""
         return rotary_travel(self.machine, self.given[:, 3:])
 
 

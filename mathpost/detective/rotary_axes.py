@@ -1,7 +1,7 @@
 """Which sign, branch or winding do someone's rotary angles have?
 
-The machine's own inverse gives both branches for the CL data; a misreading changes the tool axis that goes in (a
-lost sign, exchanged components) and the two angles that come out (sign, zero position, branch, unit, exchanged).
+The machine's own inverse gives both branches for the CL data; a misreading changes its input, the tool axis (a lost
+sign, exchanged components), and its output, the two angles (sign, zero position, branch, unit, exchanged).
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
 
 COMPONENTS = "ijk"
 ZERO_POSITIONS = (0, 180, 90, -90)
-UNITS = {  # what an angle in degrees was multiplied by: how it is written, whose cause it is, and the words for it
+UNITS = {  # factor of an angle in degrees: its text, its cause, and the sentence for it
     1.0: ("", "", ""),
     np.pi / 180: (" in radians", "radians", "{} is written in radians"),
     1 / MM_PER_INCH: ("/25.4", "inch", "{} is divided by 25.4, as if it were mm in a program in inches"),
     MM_PER_INCH: ("·25.4", "inch", "{} is multiplied by 25.4, as if it were inches"),
 }
-APART = 0.05  # degrees between what two misreadings give, to be told apart
+APART = 0.05  # degrees between the results of two misreadings that can be told apart
 PROBES = np.array([(20, 30), (40, -60), (-30, 110), (60, 75), (-20, 35)])  # degrees
 GENERIC = np.array([(31.3, 47.9), (-23.7, 104.1)])  # degrees
-Branches = tuple[tuple[int, ...], ...]  # for each rotary axis that of each row
+Branches = tuple[tuple[int, ...], ...]  # for each rotary axis, the branch of each row
 
 
 @dataclass(frozen=True)
 class _Change:
-    """What was done to one angle of the inverse: sign, zero position in degrees, unit; and the slips."""
+    """The changes to one angle of the inverse: sign, zero position in degrees, unit; and the slips."""
 
     name: str
     sign: int
@@ -60,12 +60,12 @@ def explain_joints(
 ) -> Explanation:
     """Return the misreadings of a tool axis and a machine that give someone's rotary angles, the simplest first.
 
-    Right is any pair of angles that makes the tool axis, on either branch. Angles that differ by whole turns are
+    Any pair of angles that gives the tool axis is right, on either branch. Angles that differ by whole turns are
     the same; the sentence names the turns.
 
     `axis`, shape (3,) or (n, 3), is the tool axis of the CL data, in the workpiece: n rows that one misreading must
-    explain together. `angles`, (k,) or (n, k) for k rotary axes, are someone's, degrees in the order of the machine
-    file, written to `decimals` digits after the point, by default as many as they show. The result is an
+    explain together. `angles`, (k,) or (n, k) for k rotary axes, are those in question, degrees in the order of the
+    machine file, written to `decimals` digits after the point, by default as many as they show. The result is an
     `Explanation`; `InputError` if an argument is not finite numbers of that shape.
 
     Examples
@@ -93,7 +93,7 @@ def explain_joints(
 
 @dataclass(frozen=True)
 class _Match(Match):
-    """A misreading that fits: what was done to the tool axis, to each angle, on which branch of each."""
+    """A misreading that fits: the changes to the tool axis and to each angle, and the branch of each."""
 
     components: list[int]
     signs: np.ndarray
@@ -107,7 +107,7 @@ class _Match(Match):
         return ", ".join(map(_Change.text, self.changes, self.branches))
 
     def value(self, kinematics: Kinematics, axis: np.ndarray) -> np.ndarray:
-        """The angles that it gives for tool axes of shape (n, 3): shape (n, 2), degrees."""
+        """Return its angles for tool axes of shape (n, 3): shape (n, 2), degrees."""
         joints = kinematics.inverse(np.zeros(3), axis[:, self.components] * self.signs, degrees=True)[..., 3:]
         angles = [
             (change.sign * joints[np.arange(len(axis)), branch, n] + change.offset) * change.factor
@@ -157,14 +157,14 @@ class JointCase:
         return self.verdict(matches, alone, tried, shape)
 
     def makes_the_axis(self) -> np.ndarray:
-        """Whether the machine at the given angles points the tool along the CL axis, to the digits of both."""
+        """Return whether the given angles point the tool along the CL axis, to the digits of both."""
         joints = np.concatenate([np.zeros((len(self.given), 3)), self.given], axis=1)
         made = self.kinematics.forward(joints, degrees=True)[1]
         allowed = 2 * np.deg2rad(self.half_digit) + 3 * self.axis_half_digit + 1e-9
         return np.linalg.norm(made - unit(self.axis), axis=1) <= allowed
 
     def both_branches(self, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All branches, (n, k, k) of k axes in degrees, and how far the last digits of the input may move them."""
+        """Return all branches, (n, k, k) for k axes, degrees, and how far the input's last digits may move them."""
         near = axis[:, None, :] + np.array([(0, 0, 0), *product((-1, 1), repeat=3)]) * self.axis_half_digit
         near = np.concatenate([near, self.not_normalised(axis)[:, None, :]], axis=1)
         joints = self.kinematics.inverse(np.zeros(3), near, degrees=True)[..., : len(self.names), 3:]
@@ -173,7 +173,7 @@ class JointCase:
         return values, np.nan_to_num(spread).max(axis=1)
 
     def not_normalised(self, axis: np.ndarray) -> np.ndarray:
-        """The unit vectors with the component along the workpiece-side axis that `axis` has, not normalised."""
+        """Return unit vectors that keep the component of `axis` along the workpiece-side axis, not normalised."""
         (workpiece_side, *_), *_ = chain.between(self.kinematics.machine)
         u = unit(np.array(workpiece_side.axis, dtype=float))
         across = axis - (axis @ u)[:, None] * u
@@ -186,7 +186,7 @@ class JointCase:
     def fits(
         self, values: np.ndarray, spread: np.ndarray, given: np.ndarray, joint: int
     ) -> dict[_Change, np.ndarray]:
-        """The changes of one angle that give what was written, with the rows and branches where they do, (n, 2)."""
+        """Return the changes of one angle that give the written one, with the rows and branches that do, (n, 2)."""
         found = {}
         for change in _changes(self.names[joint]):
             off = wrap(given[:, None, joint] / change.factor - change.sign * values[..., joint] - change.offset)
@@ -198,7 +198,7 @@ class JointCase:
     def branches(
         self, first: np.ndarray, second: np.ndarray | None = None
     ) -> tuple[Branches | None, tuple[Slip, ...]]:
-        """The branch of each angle on each row, and the slip if they differ; None if they do not go together."""
+        """Return the branch of each angle in each row, and a slip if they differ; None if they are inconsistent."""
         if second is None:
             return ((0,) * len(first),), ()
         for other, apart in ((second, 0), (second[:, ::-1], 1)):
@@ -209,7 +209,7 @@ class JointCase:
         return None, ()
 
     def right(self, shape: tuple[int, ...]) -> Misreading:
-        """What is right: the branch and the turns that each row has."""
+        """Return the right result: the branch and the turns of each row."""
         values, _ = self.both_branches(self.axis)
         branch = np.argmin(np.abs(wrap(self.given[:, None] - values)).max(axis=2), axis=1)
         chosen = values[np.arange(len(values)), branch]
@@ -227,7 +227,7 @@ class JointCase:
         self, matches: list[_Match], alone: list[list[tuple[Slip, ...]]], tried: int, shape: tuple[int, ...]
     ) -> Explanation:
         """Rank the matches and group those that are the same for every tool axis."""
-        # How many accidental matches there may be among the misreadings that are no more far-fetched.
+        # The expected number of accidental matches among misreadings that cost no more.
         share = (self.half_digit / 180) ** (len(self.names) * len(self.axis))
         believed = [match for match in matches if 8.0 ** np.ceil(match.cost) * share < CHANCE]
         groups, note = grouped(believed, self.angles_of)[:8], ""
@@ -241,11 +241,11 @@ class JointCase:
         return Explanation(misreadings, self.half_digit, tried, note, self.travel())
 
     def travel(self) -> tuple[str, ...]:
-        """Which of someone's angles are outside travel."""
+        """Return a sentence for each of the angles in question that is outside travel."""
         return rotary_travel(self.kinematics.machine, self.given)
 
     def tell_apart(self, groups: list[list[_Match]]) -> str:
-        """Propose the tool axis for which the misreadings differ most clearly, and what each then gives."""
+        """Propose the tool axis for which the misreadings differ most clearly, with the result of each."""
         count, best, most = len(groups), None, 0
         for probe in self.made(PROBES):
             values = [self.one_row(group[0]).value(self.kinematics, probe[None])[0] for group in groups]
@@ -264,18 +264,18 @@ class JointCase:
         )
 
     def made(self, angles: np.ndarray) -> np.ndarray:
-        """The tool axes that the machine makes at rotary angles, rows in degrees."""
+        """Return the tool axes at rotary angles, rows in degrees."""
         rotary = angles[:, : len(self.names)]
         joints = np.concatenate([np.zeros((len(rotary), 3)), rotary], axis=1)
         return self.kinematics.forward(joints, degrees=True)[1]
 
     @staticmethod
     def one_row(match: _Match, count: int = 1) -> _Match:
-        """The match with the branches that its first row has, for so many rows."""
+        """Return the match with the branches of its first row, for `count` rows."""
         return replace(match, branches=tuple(branch[:1] * count for branch in match.branches))
 
     def zero(self) -> str:
-        """What the angles are off by on a branch, if that is a constant which an axis or a row confirms."""
+        """Say by what constant the angles are off on a branch, if an axis or a second row confirms it."""
         values, spread = self.both_branches(self.axis)
         off, slack = wrap(self.given[:, None] - values), spread + self.half_digit
         constant = (np.abs(wrap(off - off[:1])) <= 2 * slack).all(axis=(0, 2))
@@ -287,19 +287,19 @@ class JointCase:
         return ""
 
     def both_ways(self) -> str:
-        """The right angles of the first row, on either branch."""
+        """Return the right angles of the first row, on either branch, as text."""
         values, _ = self.both_branches(self.axis[:1])
         said = (" ".join(f"{name} {x:z.4f}" for name, x in zip(self.names, row, strict=True)) for row in values[0])
         return ", or ".join(dict.fromkeys(said)) if np.isfinite(values).all() else "none: it is out of reach"
 
     def angles_of(self, match: _Match) -> Hashable:
-        """What tells misreadings apart, whatever the tool axis."""
+        """Return a key that differs between misreadings, whatever the tool axis."""
         one_row = self.one_row(match, len(GENERIC))
         generic = np.round(wrap(one_row.value(self.kinematics, self.made(GENERIC))), 6) % 360
         return generic.tobytes() if np.isfinite(generic).all() else match.slips
 
     def one_by_one(self, name: str, found: Iterable[tuple[Slip, ...]]) -> str:
-        """What explains one angle alone: one slip at most, as one number fits many misreadings by accident."""
+        """Explain one angle alone, by one slip at most, as one number fits many misreadings by accident."""
         simple = sorted((slips for slips in found if len(slips) <= 1), key=len)
         if not simple:
             return f"{name}: no misreading gives it."
@@ -307,12 +307,12 @@ class JointCase:
 
 
 def _index(branch: Sequence[int]) -> str:
-    """The branch that all rows are on, as it is written behind the name of a joint."""
+    """The branch that all rows are on, as a subscript to the name of a joint."""
     return "₁₂"[branch[0]] if len(set(branch)) == 1 else ""
 
 
 def _axis_misreadings() -> Iterator[tuple[list[Slip], list[int], np.ndarray]]:
-    """Misreadings of the tool axis: slips, which component is in which place, and their signs."""
+    """Misreadings of the tool axis: slips, the order of the components, and their signs."""
     for components, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
         moved = [COMPONENTS[n] for n in range(3) if components[n] != n]
         lost = [f"the sign of {COMPONENTS[n]} is lost" for n in range(3) if signs[n] < 0]
@@ -326,7 +326,7 @@ def _axis_misreadings() -> Iterator[tuple[list[Slip], list[int], np.ndarray]]:
 
 @lru_cache(maxsize=32)
 def _changes(name: str) -> list[_Change]:
-    """What may have been done to the angle of the joint `name`: a list of `_Change`."""
+    """The changes that may have been made to the angle of the joint `name`."""
     changes = []
     for sign, offset, factor in product((1, -1), ZERO_POSITIONS, UNITS):
         slips = []

@@ -48,11 +48,11 @@ def explain_rotation(
     sequence: str = "ZXZ",
     answer_sequence: str | None = None,
 ) -> Explanation:
-    """Return how `given` must be misread to be the rotation `answer`, the simplest first; right if they are one.
+    """Return how `given` must be misread to be the rotation `answer`, the simplest first; right if they are equal.
 
     Both have 3, 4 or 9 numbers as above. `sequence` names the axes of the angles, in upper case about the turned,
-    in lower case about the fixed axes; `answer_sequence` those of the answer's, by default the same. Strings keep
-    the zeros that tell the precision. `InputError` if one is no rotation.
+    in lower case about the fixed axes; `answer_sequence` those of the answer, by default the same. Strings keep the
+    zeros that tell the precision. `InputError` if one is not a rotation.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class _Said:
     kind: str  # "angles", "quaternion" or "matrix"
     values: np.ndarray
     sequence: str
-    half_digit: float  # of its last decimal; of angles in radians
+    half_digit: float  # of its last decimal; for angles in radians
 
     @classmethod
     def of(cls, values: ArrayLike, sequence: str, where: str) -> _Said:
@@ -94,12 +94,12 @@ class _Said:
 
     @property
     def allowed(self) -> float:
-        """How far an entry of its matrix may be off by its digits."""
+        """How far its digits allow an entry of its matrix to be off."""
         return {"angles": 3, "quaternion": 4, "matrix": 1}[self.kind] * self.half_digit * (1 + 1e-6) + 1e-9
 
 
 def _near_rotation(matrix: np.ndarray, half: float, where: str) -> None:
-    """Coarsely written matrices are rotations, too; the nearest one is meant."""
+    """Refuse a matrix that is not a rotation to its digits: a coarsely written one means the nearest rotation."""
     left, _, right = np.linalg.svd(matrix)
     nearest = left @ right
     if np.linalg.det(nearest) < 0 or np.abs(nearest - matrix).max() > 2 * half + 2e-6:
@@ -119,7 +119,7 @@ class _Reading(Misread):
     inverse: bool = False
 
     def matrix(self, kind: str, values: np.ndarray) -> np.ndarray:
-        """What it makes of the numbers."""
+        """Return the matrix that the numbers are read as."""
         if kind == "angles":
             made = euler.matrix(self.sequence, values[list(self.source)] * self.factor, degrees=True)
         elif kind == "quaternion":
@@ -194,7 +194,7 @@ def _of_angles(sequence: str) -> tuple[_Reading, ...]:
 
 
 def _readings(said: _Said, *, simple: bool) -> list[_Reading]:
-    """How a rotation may be read; if `simple` with what concerns the way of writing alone."""
+    """The ways to read a rotation; if `simple`, only those that concern its notation."""
     if said.kind == "matrix":
         return [_Reading()]
     if said.kind == "quaternion":
@@ -235,7 +235,7 @@ def _compared(given: _Said, answer: _Said) -> Explanation:
 
 
 class _Plain(Misreading):
-    """A misreading that is none, said without a product."""
+    """The right reading, shown without a product."""
 
     def __str__(self) -> str:
         return self.sentence
@@ -250,7 +250,7 @@ def _inverted(way: _Reading, also: Slip) -> _Reading:
 
 
 def _behaviour(match: _Match, given: _Said) -> tuple[bytes, tuple[Slip, ...]]:
-    """What tells readings apart, whatever the numbers."""
+    """A key that differs between readings, whatever the numbers."""
     generic = {"angles": GENERIC, "quaternion": GENERIC_QUATERNION}.get(given.kind, given.values)
     made = match.given.matrix(given.kind, generic)
     of_answer = match.answer.slips
@@ -258,7 +258,7 @@ def _behaviour(match: _Match, given: _Said) -> tuple[bytes, tuple[Slip, ...]]:
 
 
 def _twins(given: _Said, answer: _Said) -> str:
-    """What two different triples of one rotation have to do with each other."""
+    """Say how two different triples of one rotation are related."""
     if given.kind != "angles" or answer.kind != "angles" or given.sequence != answer.sequence:
         return ""
     if np.abs(given.values - answer.values).max() < 1e-9:
@@ -271,7 +271,7 @@ def _twins(given: _Said, answer: _Said) -> str:
 
 
 def _difference(given: _Said, answer: _Said) -> str:
-    """How far the two are apart, and what they have in common."""
+    """Say how far apart the two are, and which axis they have in common."""
     first = _readings(given, simple=True)[0].matrix(given.kind, given.values)
     second = _readings(answer, simple=True)[0].matrix(answer.kind, answer.values)
     left, _, right = np.linalg.svd(first.T @ second)
@@ -284,7 +284,7 @@ def _difference(given: _Said, answer: _Said) -> str:
 
 
 def _tell_apart(groups: list[list[_Match]], given: _Said) -> str:
-    """Propose numbers for which the readings differ, and where each then takes a point."""
+    """Propose numbers for which the readings differ, and say where each takes a point."""
     probes = {"angles": PROBES, "quaternion": QUATERNION_PROBES}.get(given.kind, ())
     for probe in probes:
         values = [group[0].given.matrix(given.kind, probe) @ POINT for group in groups]

@@ -57,11 +57,10 @@ class Arrangement:
     home: np.ndarray  # joints (5,) of the layout: rotary zero, the tool above the workpiece
     into: dict[str, np.ndarray]  # body → 4×4 matrix from the machine's coordinates to its own
     solids: list[Solid] = field(default_factory=list)
-    lines: dict[str, np.ndarray] = field(
-        default_factory=dict
-    )  # joint → ends of its axis (2, 3), in its body's coordinates
+    # joint → ends of its axis (2, 3), in its body's coordinates
+    lines: dict[str, np.ndarray] = field(default_factory=dict)
     plate: np.ndarray = field(init=False)  # the bed's corners (8, 3), once it is placed
-    retreat: float = 0.0  # mm, how far the tool's slides go back at most when the rotary axes turn about the tip
+    retreat: float = 0.0  # mm, the furthest that the tool's slides go back when the rotary axes turn about the tip
 
     def hull(self, body: str, shade: str, *corners: np.ndarray) -> None:
         """Add the hull of these points, `shade` one of `GREYS` or a colour."""
@@ -193,7 +192,7 @@ def _blade(size: float, cl: CLData, root: float) -> list[np.ndarray]:
 
 
 def _workpiece_side(made: Arrangement, machine: Machine, stock: np.ndarray) -> None:
-    """Turntable and cradle from the workpiece down, then the bed."""
+    """Add turntable and cradle from the workpiece down, then the bed."""
     size, tables = made.size, [r for r in machine.rotary if r.carries == "workpiece"]
     lowest, radius = stock[:, 2].min(), 0.3 * size
     carried = [ring([*stock.mean(axis=0)[:2], lowest], UP, radius)]
@@ -231,10 +230,10 @@ def _workpiece_side(made: Arrangement, machine: Machine, stock: np.ndarray) -> N
 
 
 def _tool_side(made: Arrangement, machine: Machine, tip: np.ndarray, tool_axis: np.ndarray, radius: float) -> None:
-    """Tool, spindle and heads from the tool up, then the slides."""
+    """Add tool, spindle and heads from the tool up, then the slides."""
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
-    face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
+    face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of length zero is drawn, too
     reach, turn = float(np.linalg.norm(face - tip)), np.linspace(0, np.pi / 2, 7)
     ball = [*zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True)]
     cutter = [*ball, (radius, 0.55 * reach), (0, 0.55 * reach)]
@@ -242,7 +241,7 @@ def _tool_side(made: Arrangement, machine: Machine, tip: np.ndarray, tool_axis: 
     made.lathe("tool", "holder", HOLDER, 0.1 * size, reach, tip, tool_axis)
     moving, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]
     slides = [*["bed"] * (3 - len(moving)), *moving]
-    if heads:  # the spindle's housing is one body, what carries it may have two arms
+    if heads:  # the spindle's housing is one body; its carrier may have two arms
         swivel, axis = heads[-1], _along(heads[-1], tool_axis)
         foot = nose + _foot(swivel, face - nose, tool_axis)
         bearings = _bearings(foot, -axis, tool_axis, clear=1.1 * width, thin=0.3 * width, radius=0.9 * width)
@@ -272,7 +271,7 @@ def _tool_side(made: Arrangement, machine: Machine, tip: np.ndarray, tool_axis: 
 
 
 def _slides(made: Arrangement, slides: Sequence[str], foot: np.ndarray, width: float) -> None:
-    """The outer slide on a wall behind the bed, and the beam of the next, with the ram of the last at its end."""
+    """Add the outer slide on a wall behind the bed, and the beam of the next, the ram of the last at its end."""
     size, (left, _, floor), (right, edge, top) = made.size, made.plate.min(axis=0), made.plate.max(axis=0)
     back, bottom = foot[1] + max(0.6 * size, made.retreat + 1.2 * width), foot[2] + 0.45 * size
     if back > edge:

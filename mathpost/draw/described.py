@@ -1,6 +1,6 @@
-"""A picture in numbers: a text that says what every artist of a figure shows.
+"""A picture in numbers: a text that describes every artist of a figure.
 
-The text is saved beside the picture in a lesson, so a wrong curve fails the comparison of outputs as a wrong number
+The text is saved with the picture in a lesson, so a wrong curve fails the comparison of outputs as a wrong number
 does. Screen readers read it, too.
 """
 
@@ -32,7 +32,7 @@ DIGITS = 10
 
 
 def describe(figure: Figure) -> str:
-    """Return what a figure shows: a line for each axes, with its labels, and one for each artist in it.
+    """Return a description of a figure: a line for each axes, with its labels, and one for each artist in it.
 
     That line has the artist's label, colour, number of points, the range of each coordinate and a few of its
     points, in the units of the axes. Consecutive artists without labels, of one type, colour and number of points,
@@ -57,7 +57,7 @@ def describe(figure: Figure) -> str:
 
 
 def describe_scene(scene: Scene) -> str:
-    """Return what a `Scene` shows: solids by their bounding boxes, lines by points."""
+    """Return a description of a `Scene`: solids by their bounding boxes, lines by points."""
 
     def placed(body: str, points: np.ndarray) -> np.ndarray:
         points = put(scene.places[body], points)
@@ -94,7 +94,7 @@ def _told(artist: Shown, axes: Axes) -> tuple[str, str, str, int, np.ndarray] | 
 
 
 def _colour(artist: Shown) -> str:
-    """A space and the (first) colour of an artist; "" if it has none, as an image."""
+    """A space and the (first) colour of an artist; "" if it has none, such as an image."""
     for name in ("get_color", "get_facecolor", "get_edgecolor"):
         found = to_rgba_array(getattr(artist, name, list)())
         if len(found) and found[0, 3]:

@@ -1,8 +1,8 @@
 """Views that move in the browser, in an output or a file, without a kernel, a server or a network.
 
-`formula` moves a scene by sympy expressions. Curves are a matplotlib figure whose lines, patches and texts go to
-the page as points and colours; `printed` moves them by expressions, `recorded` replays them over one slider. In a
-notebook a view is a sandboxed iframe over a still picture of the same pose, which shows where no scripts run.
+`formula` moves a scene by sympy expressions. Curves are a matplotlib figure whose lines, patches and texts are put
+into the page as points and colours; `printed` moves them by expressions, `recorded` replays them over sliders. In a
+notebook a view is a sandboxed iframe over a still picture of the same pose, which is seen where no scripts run.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from mathpost.draw.scene import Scene
 
 HERE = Path(__file__).parent
-COLUMNS = 3  # pictures beside each other
-CURVES, PATHS = ("live.js", "chart.js"), ("live.js", "machine.js", "paths.js")  # each needs those before
+COLUMNS = 3  # pictures side by side
+CURVES, PATHS = ("live.js", "chart.js"), ("live.js", "machine.js", "paths.js")  # each needs those before it
 MODULES = {"formula": CURVES[:1], "chart": CURVES, "machine": PATHS[:2], "both": PATHS, "walk": PATHS}
 DASHES: dict[Any, list[int]] = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
 GAP = re.compile(r"\{(?::(\d+)|\?([^}]*))\}")
@@ -65,7 +65,7 @@ class Live:
     def page(self, title: str = "mathpost", *, before: str = "", after: str = "", still: bool = False) -> str:
         """Return a whole HTML page; `before` and `after` are HTML around the view.
 
-        With `still` the still picture lies under the view, for browsers that are too old for it.
+        With `still` the still picture is under the view, for browsers that are too old for it.
         """
         style, *modules = (read_text(HERE / name) for name in ("live.css", *MODULES[self.state["kind"]]))
         program = "\n".join(map(_dense, modules))
@@ -84,7 +84,7 @@ class Live:
         )
 
     def picture(self) -> bytes:
-        """Return the start as a PNG file, bytes."""
+        """Return the initial view as a PNG file, bytes."""
         if self.figure:
             file = io.BytesIO()
             self.figure.savefig(file, format="png", dpi=90)
@@ -121,7 +121,7 @@ class Live:
 
 
 class Slider(TypedDict):
-    """A slider for the page; printed functions take its value times its factor."""
+    """A slider of the page; printed functions take its value times its factor."""
 
     name: str
     low: float
@@ -160,7 +160,7 @@ def compiled(
     ways: Sequence[Points],
     **functions: Sequence[sp.Expr],
 ) -> tuple[dict[str, Any], list[str], str, list[np.ndarray], dict[str, np.ndarray]]:
-    """Print what sliders move as JavaScript, and evaluate it at their start.
+    """Print the expressions that sliders move as JavaScript, and evaluate them at the sliders' start.
 
     `text` is as in `formula`, `ways` are lists of points, `functions` expressions by name. Returns the state for
     the browser, the JavaScript, the text and the ways at the start, and the values of the functions, a dict.
@@ -234,7 +234,7 @@ def subplots(
 
 
 def recorded(figure: Figure, update: Callable[..., list[str]], *controls: Slider, height: int = 460) -> Live:
-    """Record what sliders do to a figure, for the page to replay.
+    """Record a figure at all positions of its sliders, for the page to replay.
 
     `figure` is from `subplots`. ``update(value, ...)`` moves its artists and returns a list of lines of text; it is
     called at every step of each of the `controls`, from `slider`. `height` is in pixels.
@@ -249,7 +249,7 @@ def recorded(figure: Figure, update: Callable[..., list[str]], *controls: Slider
     start = int(np.ravel_multi_index(nearest, [len(values) for values in steps]))
     update(*positions[start])
     moving: list[Drawn] = []
-    across: list[list | None] = []  # of an artist of which only the heights change
+    across: list[list | None] = []  # the x of an artist if only its heights change
     moved: list[list[list]] = [[] for _ in positions]
     for (artist, _), *way in zip(artists, *frames, strict=True):  # its points in each position
         if any(not np.array_equal(points, way[0], equal_nan=True) for points in way):
@@ -347,7 +347,7 @@ def _spec(figure: Figure, moving: Sequence[Drawn]) -> dict[str, Any]:
 
 
 def _drawn(artist: Drawn) -> dict[str, Any]:
-    """How an artist looks."""
+    """The look of an artist."""
     if isinstance(artist, Text):
         return {"colour": to_hex(artist.get_color()), "text": artist.get_text()}
     if isinstance(artist, Patch):

@@ -1,4 +1,4 @@
-"""A workpiece as a closed solid, and how deep a tool is in it."""
+"""A workpiece as a closed solid, and the depth of a tool in it."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,9 +15,8 @@ BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 class Part:
     """A workpiece as a closed solid, and the ball-nosed tool that cuts it."""
 
-    rings: list[
-        np.ndarray
-    ]  # of points (n, 3), mm in the workpiece, from the bottom up, counterclockwise seen from above
+    # Rings of points (n, 3), mm in the workpiece, from the bottom up, counterclockwise seen from above.
+    rings: list[np.ndarray]
     tool_radius: float  # mm
 
     @cached_property

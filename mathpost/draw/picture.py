@@ -1,4 +1,4 @@
-"""A still picture of a scene, for pages that run no scripts: what `live.js` draws, in NumPy."""
+"""A still picture of a scene, for pages that run no scripts: the drawing of `live.js` in NumPy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HIDDEN = 0.35  # opacity of a line behind a solid
 
 
 def camera(azimuth: float, elevation: float) -> np.ndarray:
-    """A parallel projection from there, degrees, Z upwards: the unit vectors right, up and towards the viewer."""
+    """Return a parallel projection, angles in degrees, Z upwards: the unit vectors right, up and to the viewer."""
     a, e = np.radians([azimuth, elevation])
     right = [-np.sin(a), np.cos(a), 0.0]
     up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
@@ -122,7 +122,7 @@ def _light(normals: np.ndarray) -> np.ndarray:
 
 
 def png(scenes: Sequence[Scene], size: tuple[int, int], columns: int) -> bytes:
-    """Return several scenes, in so many columns, as a small PNG file, bytes."""
+    """Return several scenes, in `columns`, as a small PNG file, bytes."""
     width, height = size
     whole = Image.new("RGB", (FINE * width * columns, FINE * height * -(-len(scenes) // columns)), "white")
     for number, scene in enumerate(scenes):

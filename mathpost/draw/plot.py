@@ -90,7 +90,7 @@ def along(
 
 
 def travel(axes: Axes, low: float, high: float) -> None:
-    """Shade what is outside the travel of an axis, within the current limits of `axes`."""
+    """Shade the region outside the travel of an axis, within the current limits of `axes`."""
     bottom, top = axes.get_ylim()
     for start, end in ((bottom, max(low, bottom)), (min(high, top), top)):
         if end > start:
@@ -139,7 +139,7 @@ def pole_map(
     role: str = "tool",
     label: str | None = None,
 ) -> Line2D:
-    """Draw tool axes (n, 3) as seen along the workpiece-side axis, the pole in the middle, at their angle from it.
+    """Draw tool axes (n, 3) seen along the workpiece-side axis, around the pole at their angle from it.
 
     The singular cone of half angle `cone` (radians) is shaded.
     """
@@ -164,7 +164,7 @@ def on_pole_map(kin: Kinematics, tool_axes: np.ndarray) -> tuple[np.ndarray, np.
 def pole_globe(
     axes: Axes3D, kin: Kinematics, paths: Mapping[str, np.ndarray], *, most: int = 6, times: float = 8
 ) -> None:
-    """Draw tool axes near the pole on a globe, their angles from it so many `times` as large, up to `most` degrees.
+    """Draw tool axes near the pole on a globe, their angles from it enlarged `times`, up to `most` degrees.
 
     `paths` maps a role, one of `COLOUR`, to tool axes (n, 3); `axes` are three-dimensional.
     """
@@ -209,10 +209,10 @@ def turned_point(axes: Axes, path: ArrayLike, centre: ArrayLike, *, names: Seque
 
 
 def ellipse(axes: Axes, centre: ArrayLike, covariance: np.ndarray, **style: Any) -> None:
-    """Draw the ellipse about `centre` that holds 95 % of a normal cloud with this covariance, shape (2, 2)."""
+    """Draw the ellipse about `centre` that contains 95 % of a normal cloud with this covariance, shape (2, 2)."""
     values, directions = np.linalg.eigh(covariance)
     turn = np.linspace(0, 2 * np.pi, 181)
-    size = np.sqrt(-2 * np.log(0.05))  # a circle of that radius holds 95 % where both deviations are 1
+    size = np.sqrt(-2 * np.log(0.05))  # a circle of that radius contains 95 % if both deviations are 1
     ring = directions @ (size * np.sqrt(values)[:, None] * [np.cos(turn), np.sin(turn)])
     axes.plot(*(ring + np.reshape(centre, (2, 1))), **style)
 

@@ -29,14 +29,8 @@ if TYPE_CHECKING:
 DARK = "#333b41"
 # Azimuth and elevation, degrees.
 CAMERAS = [(-58, 22), (-35, 22), (-70, 32), (-125, 22), (-20, 30), (-48, 35), (-110, 35)]
-STARTS = [
-    (30, 30),
-    (30, 60),
-    (-30, 30),
-    (30, -60),
-    (-30, -60),
-    (40, 110),
-]  # tool-side and workpiece-side angle, degrees
+# Tool-side and workpiece-side angle, degrees.
+STARTS = [(30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)]
 SHORT = 0.3  # an axis seen at less than this share of its length points at the viewer
 APART = np.radians(12)  # two axes closer than this on the screen look like one
 SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be visible
@@ -106,7 +100,7 @@ class Scene:
         self.labels += [Label(body, origin + 1.16 * length * e, letter, colour) for e, letter in ends]
 
     def frame(self, azimuth: float, elevation: float, *, aspect: float = 1.2) -> Scene:
-        """Return the scene seen from there, its `extent` just inside a window of this aspect (width to height)."""
+        """Return the scene seen by this camera, its `extent` just inside a window of `aspect` (width to height)."""
         seen = self.extent @ camera(azimuth, elevation).T
         low, high = seen.min(axis=0), seen.max(axis=0)
         middle = [*(low + high)[:2] / 2, seen[:, 2].mean()] @ camera(azimuth, elevation)
@@ -133,8 +127,8 @@ def machine(
 ) -> tuple[Scene, Arrangement]:
     """Return the scene of a machine, and its `Arrangement`.
 
-    With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn. A `Part` is
-    drawn as it is.
+    With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn. A `Part`
+    takes the place of the workpiece's sketch.
     """
     made = arrange(kin, cl, part)
     scene = Scene(made.solids, places=placing(kin.machine)(made.home), title=title)
@@ -160,7 +154,7 @@ def machine(
 
 
 def _extent(kin: Kinematics, made: Arrangement) -> np.ndarray:
-    """The points of plate, table and head, also when turned by 45 and 90 degrees."""
+    """The points of plate, table and head, also at 45 and 90 degrees."""
     still = ("bed", *kin.machine.joint_names[:3])
     moving = [(solid.body, solid.triangles().reshape(-1, 3)) for solid in made.solids if solid.body not in still]
     points = []
@@ -187,7 +181,7 @@ def best(
 
 
 def turned(kin: Kinematics, made: Arrangement, angles: Sequence[Sequence[float]] = STARTS) -> np.ndarray:
-    """Joints (n, 5) with tool-side and workpiece-side angles (n, 2), degrees, in travel, the tip as laid out."""
+    """Return joints (n, 5) of tool-side and workpiece-side angles (n, 2), degrees, in travel; the tip stays."""
     tool_side = (kin.tool_side or kin.workpiece_side) - 3
     rotary = np.radians(angles)[:, [tool_side, 1 - tool_side][: len(kin.machine.rotary)]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
@@ -216,14 +210,14 @@ def covered(scene: Scene) -> list[str]:
 
 
 def together(directions: dict[str, np.ndarray], view: np.ndarray) -> list[str]:
-    """Return, as sentences, which unit vectors, a dict by name, look like one or a point to a `camera`."""
+    """Return, as sentences, which unit vectors, a dict by name, look parallel or like a point to a `camera`."""
     flat = {name: view[:2] @ direction for name, direction in directions.items()}
     said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
     for first, second in combinations(flat, 2):
         a, b = flat[first], flat[second]
         seen = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
         really = np.arcsin(min(1.0, float(np.linalg.norm(np.cross(directions[first], directions[second])))))
-        if seen < np.sin(min(APART, really / 2)):  # what is nearly parallel cannot look much apart
+        if seen < np.sin(min(APART, really / 2)):  # nearly parallel axes cannot look far apart
             said.append(f"{first} and {second} fall together")
     return said
 

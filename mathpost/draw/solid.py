@@ -1,7 +1,7 @@
-"""Solids that a page can hold in few numbers: turned profiles, joined rings, convex hulls.
+"""Solids that take few numbers in a page: turned profiles, joined rings, convex hulls.
 
 A solid is in the coordinates of its body. Each kind has `state`, for the browser, and `triangles`, shape (n, 3, 3),
-counterclockwise seen from outside, the same that the browser makes of it.
+counterclockwise seen from outside, the same that the browser makes from the state.
 """
 
 from abc import ABC, abstractmethod
@@ -23,7 +23,7 @@ Profile = Sequence[tuple[float, float]]  # radius and height, from bottom to top
 
 
 class Solid(ABC):
-    """What a picture needs of every kind."""
+    """A solid of any kind, as a picture needs it."""
 
     body: str
     colour: str

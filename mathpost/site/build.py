@@ -1,4 +1,4 @@
-"""Make the site: a page after the other, each in the same frame, and the index of the search from all of them."""
+"""Make the site: page by page, each in the same frame, and a search index of them all."""
 
 import re
 import shutil
@@ -28,7 +28,7 @@ PRE = re.compile(r"<pre(?=[ >])")
 FORMULA = re.compile(r'<math(?= [^>]*display="block").*?</math>', re.DOTALL)
 TAG = re.compile(r"<[^>]+>")
 FRONT = "dmu50v"  # the machine on the front page
-TEXTS = {  # pages of Markdown, seen from the lessons, and what they are called
+TEXTS = {  # pages of Markdown, relative to the lessons, and their titles
     "TEACHING.md": "Teach with it",
     "AUTHORS.md": "Write a lesson",
     "../.github/CONTRIBUTING.md": "Contribute, report",
@@ -39,7 +39,7 @@ LITE = "lite"  # the folder of the lessons that run in the browser, if they were
 
 @dataclass(frozen=True)
 class Page:
-    """A page before it has its frame."""
+    """A page without its frame."""
 
     url: str  # in the folder, with /
     title: str
@@ -48,12 +48,12 @@ class Page:
 
     @property
     def root(self) -> str:
-        """The way to the top of the folder."""
+        """The relative path to the top of the folder."""
         return "../" * self.url.count("/")
 
 
 class Site:
-    """Everything that the pages are made of, read once."""
+    """Everything that the pages are made from, read once."""
 
     def __init__(self, folder: Path, output: Path) -> None:
         paths = sorted(folder.glob("*.ipynb"))
@@ -87,7 +87,7 @@ class Site:
         return self.jinja.get_template(f"{template}.html.j2").render(site=self, **values)
 
     def pages(self) -> Iterator[Page]:
-        """All pages but the search."""
+        """Yield all pages except the search."""
         front = view_machine.machine(self.machines[FRONT])._repr_html_()
         yield Page("index.html", "Five-axis kinematics and post-processing", self.filled("front", view=front))
         chart = course_map.svg([(each.name, each.needs) for each in self.lessons])
@@ -131,7 +131,7 @@ def build(folder: Path, output: Path) -> None:
 
 
 def write(site: Site, output: Path, page: Page, body: str) -> None:
-    """Write a page in the frame that all have."""
+    """Write a page in the common frame."""
     places = CONTENTS.findall(body) if page.toc else []
     contents = [(anchor or member, unescape(TAG.sub("", heading)) or member) for anchor, heading, member in places]
     path = output / page.url
@@ -167,7 +167,7 @@ def text(path: Path) -> str:
 
 
 def page_of(name: str) -> str:
-    """Return the page of a file of Markdown."""
+    """Return the page's name for a Markdown file."""
     return f"{Path(name).stem.lower()}.html"
 
 

@@ -16,7 +16,7 @@ from mathpost.shell.main import COMMANDS, main, option_actions
 from mathpost.toml_table import read_toml
 
 TOLD = read_toml(Path(__file__).with_name("commands.toml"))
-LINES = 40  # of what an example prints or writes
+LINES = 40  # of an example's output that are shown
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Option:
     """An argument of a command."""
 
     words: str  # as typed, such as "--machine FILE"
-    said: str  # what it is, and its choices
+    said: str  # its help, and its choices
     required: bool
 
 
@@ -42,7 +42,7 @@ class Example:
 
 @dataclass(frozen=True)
 class Command:
-    """A command: what it is for, what it takes, and how it is used."""
+    """A command: its purpose, its options and examples of its use."""
 
     name: str
     said: str
@@ -71,7 +71,7 @@ def read(lessons: Path) -> list[Command]:
 
 
 def _has_its_lessons(run: str) -> bool:
-    """Whether the lessons that an example takes are in the folder: it may be one of somebody's own."""
+    """Whether the lessons that an example takes are in the folder, which may be a user's own."""
     taken = shlex.split(run.partition(" -o ")[0])
     return all(Path(word).exists() for word in taken if word.startswith(("notebooks", "handed_out")))
 

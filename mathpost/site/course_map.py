@@ -7,7 +7,7 @@ THIN = 'vector-effect="non-scaling-stroke"'
 
 
 def svg(lessons: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """Return a drawing with a point for each lesson, under each other, and a curve from each that it needs.
+    """Return a drawing with a column of points, one for each lesson, and a curve from each lesson that it needs.
 
     Parameters
     ----------

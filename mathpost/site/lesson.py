@@ -1,6 +1,6 @@
-"""A lesson as part of a page: what its first cells say about it, and its cells as HTML that asks nobody.
+"""A lesson as part of a page: the facts in its first cells, and all cells as HTML that needs no server.
 
-Links lead to the published lessons, formulas become MathML, solutions are left out. What answers a guess is folded.
+Links lead to the published lessons, formulas become MathML, solutions are left out. Answers to a guess are folded.
 """
 
 import re
@@ -29,7 +29,7 @@ QUOTED = re.compile('"([^"]+)"')
 
 @dataclass(frozen=True)
 class Lesson:
-    """A notebook and what its first cells say; what they do not say is empty."""
+    """A notebook and the facts that its first cells state; empty where they do not."""
 
     path: Path
     title: str  # such as "05 · The inverse: from the tool to the joints (运动学逆解)"
@@ -51,7 +51,7 @@ class Lesson:
 
 
 class Offline(Preprocessor):
-    """Turn links between notebooks into links between pages, formulas of outputs into MathML; number the views."""
+    """Turns links between notebooks into links between pages, formulas in outputs into MathML; numbers views."""
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
         """Change all cells."""
@@ -94,7 +94,7 @@ def formula(latex: str, *, block: bool = False) -> str:
 
 
 def described(output: dict) -> str:
-    """Return a picture's alternative text: axes and names out of its description in numbers."""
+    """Return the alternative text of a picture: axes and names from its description in numbers."""
     lines = output.get("metadata", {}).get("image/png", {}).get("alt", "picture").splitlines()
     panels = [line for line in lines if line.startswith("picture")]
     names = dict.fromkeys(name for line in lines if not line.startswith("picture") for name in QUOTED.findall(line))
@@ -109,7 +109,7 @@ class Formulas(IPythonRenderer):
         return formula(body)
 
     def block_math(self, body: str) -> str:
-        """Return a formula of its own."""
+        """Return a displayed formula."""
         return formula(body, block=True)
 
 
@@ -126,7 +126,7 @@ def _cell(context: Context, text: str) -> str:
 
 
 def exporter() -> HTMLExporter:
-    """Return what makes a notebook the inside of a page."""
+    """Return the exporter that turns a notebook into the inside of a page."""
     config = Config()
     config.TemplateExporter.extra_template_basedirs = [str(TEMPLATES)]
     config.TemplateExporter.filters = {"markdown2html": _cell}
@@ -136,7 +136,7 @@ def exporter() -> HTMLExporter:
 
 
 def read(path: Path, made: HTMLExporter) -> Lesson:
-    """Return a lesson; `InputError` if the file is no notebook."""
+    """Return a lesson; `InputError` if the file is not a notebook."""
     try:
         notebook = nbformat.read(path, as_version=4)
     except (OSError, ValueError) as error:

@@ -18,7 +18,7 @@ TEMPLATES = Path(__file__).parent / "templates/reference"
 
 
 def modules(cells: Iterable[str]) -> list[str]:
-    """Return the modules to show: `mathpost`, where what it offers is at home, and what code of lessons imports."""
+    """Return the modules to show: `mathpost`, those that define its names, and those that lessons import."""
     offered = {getattr(mathpost, name).__module__ for name in mathpost.__all__}
     return sorted({"mathpost"} | offered | set().union(*map(_imported, cells)))
 
@@ -42,7 +42,7 @@ def _imported(source: str) -> set[str]:
 
 
 def _spec(name: str) -> ModuleSpec | None:
-    """Where a module is, if there is one: a cell may name one that is not."""
+    """The spec of a module, or None: a cell may name one that does not exist."""
     try:
         return importlib.util.find_spec(name)
     except ModuleNotFoundError:  # of the room
@@ -66,7 +66,7 @@ def pages(names: Iterable[str]) -> dict[str, tuple[str, str]]:
 
 
 def _loaded(name: str) -> ModuleType:
-    """A module, with what it loads only when it is asked for in its place: pdoc looks there."""
+    """A module, with its lazily loaded names in place, where pdoc looks for them."""
     module = import_module(name)
     for offered in getattr(module, "__all__", ()):
         setattr(module, offered, getattr(module, offered))

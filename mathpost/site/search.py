@@ -1,4 +1,4 @@
-"""What the search finds: every page divided at its headings, as one script that a browser loads from a disk.
+"""The index of the search: every page divided at its headings, as one script that a browser loads from a disk.
 
 The text is not split into words: the page looks for exactly what was typed, so that 五轴 and ``--axis-tolerance``
 are found inside longer words.
@@ -32,7 +32,7 @@ class Sections(HTMLParser):
         self.silent: list[str] = []
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        """Begin a section, or what is not read."""
+        """Begin a section, or an element that is not read."""
         given = dict(attributes)
         if self.silent or tag in SILENT or "source" in (given.get("class") or "").split():
             self.silent += [tag] if not self.silent or tag == self.silent[0] else []
@@ -45,7 +45,7 @@ class Sections(HTMLParser):
             self.found[-1].words.append(alternative)
 
     def handle_endtag(self, tag: str) -> None:
-        """End a heading, or what is not read."""
+        """End a heading, or an element that is not read."""
         if self.silent and tag == self.silent[0]:
             self.silent.pop()
         if tag == self.heading:
@@ -73,6 +73,6 @@ def sections(url: str, title: str, page: str) -> list[list[str]]:
 
 
 def script(found: list[list[str]]) -> str:
-    """Return the index as JavaScript: a page from a disk may load a script, but no data."""
+    """Return the index as JavaScript: a page opened from a disk may load scripts, but no data."""
     rows = ",\n".join(json.dumps(row, ensure_ascii=False, separators=(",", ":")) for row in found)
     return f"const SECTIONS = [\n{rows}\n];\n"

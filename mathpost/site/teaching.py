@@ -1,4 +1,4 @@
-"""What students get wrong: the catalogue of mix-ups and the sentences of the exercises, as tables for teachers."""
+"""The mix-ups of students: their catalogue and the sentences of the exercises, as tables for teachers."""
 
 from collections.abc import Iterable
 from html import escape
@@ -12,7 +12,7 @@ MARK = "<!-- mix-ups -->"  # the place of the tables in TEACHING.md
 
 
 def mixups(lessons: Iterable[Lesson]) -> str:
-    """Return HTML: the mix-ups found in public, the most frequent first, and those that checks name."""
+    """Return HTML: mix-ups found in public, the most frequent first, and those that exercises name."""
     pages = {each.path.stem.split("_")[0]: each for each in lessons}
     found = sorted(CAUSES.values(), key=lambda cause: -len(cause["seen"]))
     rows = [(each["mixup"], each["why"], str(len(each["seen"])), _link(pages, each["lesson"])) for each in found]
