@@ -2,8 +2,8 @@
 
 ``python -I apart.py OPTIONS COMMAND …`` with the options of `Options` as JSON. On Linux, with the standard library
 alone, because a part of it runs as root: the caller's process makes the namespaces and waits; the first process in
-them sets the place up, starts the command as the account that it is for, and ends with it, and all others end then.
-What could not be done is written to the file descriptor `said`, a line each.
+them sets them up, starts the command under its account, and ends with it, and with it all others. Each protection
+that fails is a line on the file descriptor `said`.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ NO_GROUP = "There is no control group (cgroup v2) to bound all processes togethe
 
 @dataclass
 class Options:
-    """Where a command runs, and within which bounds."""
+    """The surroundings of a command, and its bounds."""
 
-    account: int | None = None  # to become, as root; None: the caller's own
+    account: int | None = None  # to change to, as root; None: the caller's own
     network: bool = False
     read_only: bool = True  # all but the private folders
     # Folder → bytes of the file system in memory that replaces it.
     private: dict[str, int] = field(default_factory=dict)
     copied: str = ""  # a folder that is replaced by a private copy in memory
-    keep: list[str] = field(default_factory=list)  # folders to be seen although they lie in a private one
+    keep: list[str] = field(default_factory=list)  # folders that stay visible within a private one
     limits: dict[str, int] = field(default_factory=dict)  # RLIMIT_ name → number, for each process
     memory: int = 0  # bytes of all processes together, where there are control groups
     processes: int = 0
@@ -50,7 +50,7 @@ class Options:
 
 
 def main() -> None:
-    """Do what the command line says; never return."""
+    """Run the command of the command line; never return."""
     options, command = Options(**json.loads(sys.argv[1])), sys.argv[2:]
     group = _group(options)
     alone = _unshare(options)
@@ -82,12 +82,12 @@ def _become(options: Options, command: list[str]) -> NoReturn:
         os.setresgid(*[options.account] * 3)
         os.setresuid(*[options.account] * 3)
     _prctl(PR_SET_NO_NEW_PRIVS, 1)
-    _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)  # the change of account had taken it back
+    _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)  # the change of account cleared it
     os.execvp(command[0], command)
 
 
 def _unshare(options: Options) -> bool:
-    """Enter new namespaces; return whether there are."""
+    """Enter new namespaces; return whether that succeeded."""
     kinds = ["mount", "ipc", "pid", *["net"] * (not options.network), *["user"] * (os.geteuid() != 0)]
     user, group = os.geteuid(), os.getegid()
     if _libc().unshare(sum(NEW[kind] for kind in kinds)):
@@ -101,8 +101,8 @@ def _unshare(options: Options) -> bool:
 
 
 def _set_up(options: Options) -> None:
-    """Private folders, everything else read-only, and a view of these processes alone."""
-    here, mask = Path.cwd(), os.umask(0o022)  # folders on the way to those that are kept are open to the account
+    """Make folders private, everything else read-only, and only these processes visible."""
+    here, mask = Path.cwd(), os.umask(0o022)  # so that the account may enter the parents of kept folders
     seen = {path: os.open(path, os.O_PATH) for path in options.keep if Path(path).exists()}
     if options.copied:
         seen[options.copied] = os.open(options.copied, os.O_PATH)
@@ -140,7 +140,7 @@ def _set_up(options: Options) -> None:
 
 
 def _group(options: Options) -> Path | None:
-    """Make a control group and return its folder, or None if there can be none."""
+    """Make a control group and return its folder, or None if that is impossible."""
     if not options.memory:
         return None
     group = GROUPS / f"mathpost-{os.getpid()}"
@@ -176,7 +176,7 @@ def _write(path: Path | str, text: str) -> None:
 
 
 def _fork(work: Callable[[], None]) -> int:
-    """A process that does some work, and ends with status 125 if that fails."""
+    """Start a process that does some work, and ends with status 125 if that fails."""
     if child := os.fork():
         return child
     try:
@@ -187,7 +187,7 @@ def _fork(work: Callable[[], None]) -> int:
 
 
 def _wait(child: int) -> int:
-    """Pass signals on to a child, reap what ends, and return the child's status."""
+    """Pass signals on to a child, reap all processes that end, and return the child's status."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda number, _: os.kill(child, number))
     while True:

@@ -2,7 +2,7 @@
 
 Cells that show solutions are removed, and so is the output of checks and solutions. Students who have the package
 can still read its exercises, or call `exercise.solution`; a teacher's own exercises, in a file that students do not
-get, are safe from that. An exercise that draws numbers has the student's own in its question and its check, and
+get, are safe from that. An exercise that draws numbers uses the student's own in its question and its check, and
 every question says whether it does.
 """
 
@@ -88,7 +88,7 @@ def _student_copy(path: Path) -> tuple[Notebook, list[str]]:
 
 
 def _personal(page: Notebook, student: str) -> Notebook:
-    """A student copy with the student's own numbers, and a cell that tells the checks whose they are."""
+    """A student copy with the student's own numbers, and a cell that tells the checks the student's name."""
     question, cells = None, []
     for cell in copy.deepcopy(page["cells"]):
         source = "".join(cell["source"])

@@ -1,8 +1,8 @@
-"""A class at a glance: who solved what, which mix-ups are common, and what a teacher should look at.
+"""A class at a glance: who solved what, which mix-ups are common, and what needs the teacher's attention.
 
-Answers are judged anew from what the notebooks store, so an edited verdict shows, and no student's code is run. A
-right answer copied from a neighbour cannot be told from any other. `handed_in` finds whose files are whose,
-`judged` looks at one file, `grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
+Answers are judged again from what the notebooks store, so an edited verdict shows, and no student's code is run. A
+right answer copied from a neighbour cannot be told from any other. `handed_in` assigns files to students,
+`judged` judges one file, `grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from mathpost.classroom.judged import Notebook, Tried, Workbook
 
 COURSE = Path(__file__).parents[2]
-ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
-TEXT_ENOUGH = 80  # characters of their own that two students must share to be called the same
-SHARED_BY_CLASS = 0.5  # of a class of ten or more: cells that more students have were handed out
+ORDER = (OPEN, WRONG, RIGHT)  # the best of several answers to one exercise counts
+TEXT_ENOUGH = 80  # characters of their own that two students must share to be reported
+SHARED_BY_CLASS = 0.5  # of a class of ten or more: cells that more students have are taken as handed out
 NAMES = (lambda value: isinstance(value, list) and {*map(type, value)} <= {str}, "a list of names in quotes")
 NUMBER = (lambda value: type(value) in (int, float) and 0 <= value < math.inf, "a number, 0 or more")
-RULES = {  # the keys of a rules file: a check of the value, and what is expected
+RULES = {  # the keys of a rules file: a check of the value, and the expectation in words
     "students": NAMES,
     "exercises": NAMES,
     "points": (lambda value: isinstance(value, dict), "a table of exercises and lessons"),
@@ -47,7 +47,7 @@ RULES = {  # the keys of a rules file: a check of the value, and what is expecte
 FILE, TEXT = "the same file", "the same answers and the same text of cells"
 CELLS = "the same formulas and numbers"
 DUPLICATED, RETYPED = "checked in more than one cell", "its check is not as it was handed out"
-SECONDS = 120.0  # of the processor, for all that one student handed in
+SECONDS = 120.0  # of the processor, for all files of one student
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 Work = tuple[str, str, Any]  # kind, file, content
@@ -55,9 +55,9 @@ Work = tuple[str, str, Any]  # kind, file, content
 
 @dataclass(frozen=True)
 class Rules:
-    """Which exercises count, and how much."""
+    """The exercises that count, and how much."""
 
-    students: tuple[str, ...] = ()  # who should have handed in
+    students: tuple[str, ...] = ()  # those expected to hand in
     # Such as "07-pivot", or lessons such as "07"; empty: all lessons that anybody handed in.
     exercises: tuple[str, ...] = ()
     # Per exercise, or for each exercise of a lesson; 1 if not given.
@@ -80,7 +80,7 @@ class Result:
     # (file, exercise, what): whose check is not the course's one cell.
     changed: list[tuple[str, str, str]] = field(default_factory=list)
     lessons: set[str] = field(default_factory=set)  # numbers of the lessons handed in
-    unknown: dict[str, str] = field(default_factory=dict)  # exercise not defined here → what the notebook says
+    unknown: dict[str, str] = field(default_factory=dict)  # exercise not defined here → its status in the notebook
     reran: dict[str, str] = field(default_factory=dict)  # exercise → status when run, if it is not the saved one
     numbers: set[str] = field(default_factory=set)  # whose drawn numbers were used; "" for those of the lesson
     works: list[Work] = field(default_factory=list)  # (kind, file, content) to compare with other students'
@@ -94,13 +94,13 @@ class Result:
 
 @dataclass
 class Class:
-    """What `grade` returns."""
+    """The result of `grade`."""
 
     results: list[Result]  # by name
     exercises: list[str]  # those that count
     rules: Rules
     same: list[tuple[str, str, list[str]]] = field(default_factory=list)  # (kind, file, students)
-    notes: list[str] = field(default_factory=list)  # what was not done, or not bounded
+    notes: list[str] = field(default_factory=list)  # steps that were not done, or not bounded
 
     def solved(self, result: Result) -> list[str]:
         """Return the exercises that a student has solved."""
@@ -146,11 +146,11 @@ def grade(
     kept: Kept | None = None,
     progress: Callable[[int, int, str], object] | None = None,
 ) -> Class:
-    """Judge what a class handed in, a folder laid out as `handed_in` says; return a `Class`.
+    """Judge the work of a class, in a folder laid out as `handed_in` describes; return a `Class`.
 
-    `lessons` is the folder of the notebooks as handed out, by default the course's; what they say is nobody's own
-    work. ``rerun(path)`` executes a notebook and returns the path of the result; see `rerun.Place`. `kept` are the
-    records of what was judged before, a `kept.Kept`. After each workbook, and each notebook that is run,
+    `lessons` is the folder of the notebooks as handed out, by default the course's; their content is no student's
+    work. ``rerun(path)`` executes a notebook and returns the path of the result; see `rerun.Place`. `kept`, a
+    `kept.Kept`, has the records of earlier verdicts. After each workbook, and each notebook that is run,
     ``progress(done, total, name)`` is called. An empty folder is an `InputError`; a bad file goes into its
     student's `trouble`.
     """
@@ -183,7 +183,7 @@ def _handed_out(notebooks: Iterable[Path]) -> set[str]:
 
 
 def _say_whose_numbers(results: Iterable[Result]) -> None:
-    """In a class with drawn numbers, note who used those of the lesson, or of another student."""
+    """In a class with drawn numbers, note who used those of the lesson or of another student."""
     owners = Counter(name for result in results for name in result.numbers)
     for result in results if any(owners) else ():
         for name in sorted(result.numbers):
@@ -262,7 +262,7 @@ def _student(
 def _notebook(path: Path, content: str, tried: Tried, kept: Kept) -> Notebook:
     """The record of a notebook, kept or new."""
     if any(not each.solve.__module__.startswith("mathpost.course.") for each in EXERCISES.values()):
-        return judged.notebook(path, tried)  # by a teacher's own exercises, which may change
+        return judged.notebook(path, tried)  # judged by a teacher's own exercises, which may change
     if found := kept.get("notebook", content):
         judged.count(found.given, tried)
         return found
@@ -276,7 +276,7 @@ def _workbook(path: Path, content: str, kept: Kept) -> Workbook:
     if found := kept.get("workbook", content):
         return replace(found, name=path.name)
     found = judged.workbook(path)
-    if found.verdict != DAMAGED:  # which may be different where LibreOffice is
+    if found.verdict != DAMAGED:  # which may differ where LibreOffice is installed
         kept.put("workbook", content, found)
     return found
 
@@ -320,7 +320,7 @@ def _add_notebook(result: Result, path: Path, content: str, found: Notebook, han
 
 
 def _changed(found: Notebook, handed_out: set[str]) -> Iterator[tuple[str, str]]:
-    """Yield the exercises whose check is not the course's one cell, and what was done to it."""
+    """Yield the exercises whose check is not the course's one cell, and how it differs."""
     checks = Counter(name for each in found.cells for name in dict.fromkeys(each.asks))
     kept = {name for each in found.cells if each.source in handed_out for name in each.asks}
     for name, cells in checks.items():
@@ -340,7 +340,7 @@ def _add_workbook(result: Result, path: Path, content: str, found: Workbook) -> 
 
 
 def _same(results: Sequence[Result]) -> list[tuple[str, str, list[str]]]:
-    """Find what students share beyond what was handed out: its kind, the files, the students."""
+    """Find work that students share beyond what was handed out: its kind, the files, the students."""
     works = [(result.name, *work) for result in results for work in result.works]
     has = Counter(text for _, kind, _, content in works if kind == TEXT for text in set(content[1]))
     having: dict[str, dict[Any, list[tuple[str, str]]]] = {kind: defaultdict(list) for kind in (FILE, TEXT, CELLS)}

@@ -1,7 +1,7 @@
 """The report on a class as a page, `grade_page.html`, and as a table, in English or Chinese.
 
-The Chinese is looked up by the English text, in `chinese.toml` or, for slips, in `exercises.toml`. Everything a
-student wrote is escaped: no file name or answer can become markup, or a formula in a spreadsheet.
+The Chinese is looked up by the English text, in `chinese.toml` or, for slips, in `exercises.toml`. All text from
+students is escaped: no file name or answer can become markup, or a formula in a spreadsheet.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ if TYPE_CHECKING:
     from mathpost.classroom.grade import Class, Result
 
 LANGUAGES = ("en", "zh")
-ENGLISH = {OPEN: "open"}  # where the report says it differently
+ENGLISH = {OPEN: "open"}  # where the report uses a different word
 EDITED = "verdict differs from its answer: the file was edited, or saved with another edition of the course"
 STYLES = {RIGHT: "right", WRONG: "wrong", OPEN: "open"}
 
 
 def say(language: str, text: str) -> str:
-    """A phrase of the report, or a cause named by the workbook check, in the language."""
+    """Return a phrase of the report, or a cause that the workbook check names, in the language."""
     return ENGLISH.get(text, text) if language == "en" else sections()["report"].get(text) or CAUSES.get(text, text)
 
 
 def mixup(language: str, name: str, sentence: str) -> str:
-    """The sentence of a mix-up; as it is if there is no Chinese for it."""
+    """Return the sentence of a mix-up, in English if there is no Chinese for it."""
     return (language == "zh" and chinese(name, sentence)) or sentence
 
 
 def why(language: str, verdict: Verdict) -> str:
-    """What is said of an answer."""
+    """Return the comment on an answer."""
     return mixup(language, verdict.name, verdict.mixup) or verdict.why
 
 
@@ -93,7 +93,7 @@ def _mark(graded: Class, result: Result) -> str:
 
 
 def _attention(graded: Class, language: str) -> Iterator[tuple[str, str, str, str]]:
-    """Yield what a teacher should look at: student, file or exercise, kind, why."""
+    """Yield the items that need the teacher's attention: student, file or exercise, kind, why."""
     for result in graded.results:
         for file, trouble in result.trouble:
             yield result.name, file, "not read", trouble
@@ -114,7 +114,7 @@ def _attention(graded: Class, language: str) -> Iterator[tuple[str, str, str, st
 
 @cache
 def chinese(name: str, sentence: str) -> str:
-    """The Chinese of a mix-up; "" if there is none, as in a teacher's own exercise."""
+    """Return the Chinese of a mix-up; "" if there is none, as in a teacher's own exercise."""
     for pattern, wording in (*_patterns(name), *_patterns("any")):
         if found := pattern.fullmatch(sentence):
             return wording.format(*(chinese(name, part) or part for part in found.groups()))
@@ -132,7 +132,7 @@ def _worded(wording: str, found: re.Match[str]) -> str:
 
 @cache
 def sections() -> dict[str, dict[str, str]]:
-    """The Chinese by section: those of `chinese.toml`, and one per exercise."""
+    """The Chinese by section: the sections of `chinese.toml`, and one per exercise."""
     found = dict(toml("chinese"))
     for name, words in toml("exercises").items():
         slips = {sentence: entry["zh"] for sentence, entry in words.get("slips", {}).items()}

@@ -1,6 +1,6 @@
-"""What a class handed in: each student's notebooks and workbooks in a folder, and what was refused.
+"""The files that a class handed in: each student's notebooks and workbooks in a folder, and those refused.
 
-Each student has a folder, a zip, or files with the name in theirs (``王小明_05_inverse.ipynb``); or the folder is
+Each student has a folder, a zip, or files that contain the name (``王小明_05_inverse.ipynb``); or the folder is
 nbgrader's (``submitted/NAME/ASSIGNMENT``, or the exchange's ``inbound/NAME+ASSIGNMENT+TIME``). Nothing is run, and
 nothing outside the folder is read: links are not followed.
 """
@@ -93,7 +93,7 @@ def unzip(path: Path, target: Path, limit: int = ZIP_LIMIT) -> int:
 
 
 def _said(member: zipfile.ZipInfo) -> str:
-    """The name of a file in a zip, which may be in a Chinese code page without saying so."""
+    """The name of a file in a zip, which may be in an undeclared Chinese code page."""
     if not member.flag_bits & 0x800:
         for encoding in ("utf-8", "gb18030"):
             with suppress(UnicodeDecodeError):

@@ -1,8 +1,8 @@
-"""What one handed-in file holds: its answers judged anew, its formulas checked, and what others may share with it.
+"""The verdict on one handed-in file: its answers judged again, its formulas checked, digests to find copies.
 
-Both kinds of record are plain data that follow from the file's content and this package alone. What is too large is
-said to be, with the figure, and the class goes on: everything is counted before it is judged, and a hand-in has a
-bound of time, too, for what no count foresees.
+Both kinds of record are plain data that follow from the file's content and this package alone. A file that is too
+large is reported with the figure, and the class goes on: everything is counted before it is judged, and each
+hand-in has a bound of time, too, for what no count foresees.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Tried = dict[str, set[str]]  # from an exercise to digests of the different answ
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a notebook with something in it."""
+    """A cell of a notebook that is not empty."""
 
     source: str  # a digest of it
     length: int
@@ -42,7 +42,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Notebook:
-    """What a notebook holds."""
+    """The record of a notebook."""
 
     given: tuple[tuple[str, str], ...]  # (exercise, digest of the answer) of each different answer
     verdicts: tuple[Verdict, ...]  # without the answers
@@ -52,7 +52,7 @@ class Notebook:
 
 @dataclass(frozen=True)
 class Workbook:
-    """What the check of a workbook says."""
+    """The record of a workbook's check."""
 
     name: str
     verdict: str  # "right", "wrong", "unclear" or "not read"
@@ -61,7 +61,7 @@ class Workbook:
     cell: str = ""  # the first wrong one
     cause: str = ""
     message: str = ""
-    why: str = ""  # what kept it from being judged, or read
+    why: str = ""  # the reason why it was not judged, or not read
     content: str = ""  # a digest of all formulas and numbers
 
 
@@ -78,8 +78,8 @@ def source(cell: dict[str, Any]) -> str:
 def notebook(path: Path, tried: Tried) -> Notebook:
     """Return the `Notebook` of a file.
 
-    `tried` is what the same student gave in other notebooks, see `count`. There is an `InputError` if it is no
-    notebook, `TooLarge` if it holds too much.
+    `tried` are the same student's answers in other notebooks, see `count`. Raises `InputError` if the file is not a
+    notebook, `TooLarge` if it contains too much.
     """
     if (size := path.stat().st_size) > NOTEBOOK_LIMIT:
         raise TooLarge(f"{size / 2**20:.0f} MB")
@@ -108,7 +108,7 @@ def notebook(path: Path, tried: Tried) -> Notebook:
 def count(given: Iterable[tuple[str, str]], tried: Tried) -> None:
     """Add the answers `given` in a notebook to those `tried`, a dict of each exercise to a set.
 
-    If these are more than anybody's, there is a `TooLarge`, and nothing is added.
+    Raises `TooLarge`, and adds nothing, if that makes more than anybody needs.
     """
     together = {name: tried.get(name, set()) | {a for n, a in given if n == name} for name in dict(given)}
     for name, different in together.items():

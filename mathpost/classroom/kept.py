@@ -1,7 +1,7 @@
-"""What was judged before, so that only new files are judged again: a file beside the report, the teacher's alone.
+"""Earlier verdicts, so that only new files are judged: a file beside the report, for the teacher alone.
 
-A record is found by the content of the file that it is about and by the edition of everything that judges: another
-byte in either, and the file is judged anew. It is read as plain data, and one that is not whole counts as none.
+A record is found by the content of its file and by the edition of everything that judges: if one byte of either
+changes, the file is judged again. It is read as plain data; a damaged one is ignored.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ from mathpost.course.verdict import Verdict
 from mathpost.errors import InputError, OutputError
 from mathpost.files import data_file
 
-BESIDE = ("numpy", "scipy", "sympy", "openpyxl")  # what else a verdict depends on
+BESIDE = ("numpy", "scipy", "sympy", "openpyxl")  # other packages that a verdict depends on
 TABLE = "CREATE TABLE IF NOT EXISTS kept (key TEXT PRIMARY KEY, edition TEXT, record TEXT)"
 EXPECTED = "records of your own that nobody else may write; delete it to judge everything anew"
 
@@ -29,8 +29,8 @@ EXPECTED = "records of your own that nobody else may write; delete it to judge e
 class Kept:
     """Records in a file; without a path, in memory.
 
-    There is an `InputError` if the file is a link, somebody else's, one that others may write, or no such file, and
-    an `OutputError` if it cannot be made.
+    Raises `InputError` if the file is a link, somebody else's, one that others may write, or no such record, and
+    `OutputError` if it cannot be made.
     """
 
     def __init__(self, path: Path | str | None = None) -> None:
@@ -39,7 +39,7 @@ class Kept:
             _make_or_check(self.path)
         try:
             self._database = sqlite3.connect(self.path or ":memory:")
-            self._database.execute("PRAGMA synchronous = OFF")  # what is lost is judged again
+            self._database.execute("PRAGMA synchronous = OFF")  # a lost record is judged again
             self._database.execute(TABLE)
             self._database.execute("DELETE FROM kept WHERE edition != ?", (edition(),))
             self._database.commit()
@@ -47,7 +47,7 @@ class Kept:
             raise InputError(str(self.path), EXPECTED, str(error)) from None
 
     def commit(self) -> None:
-        """Keep what was judged, come what may."""
+        """Save the verdicts so far, whatever happens next."""
         self._database.commit()
 
     def get(self, kind: str, content: str) -> Any:
@@ -80,7 +80,7 @@ def _make_or_check(path: Path) -> None:
 
 @cache
 def edition() -> str:
-    """A digest of everything that judges: this package with its data, and what it calculates with."""
+    """A digest of everything that judges: this package with its data, and the packages it calculates with."""
     said = hashlib.sha256(" ".join([sys.version, *map(version, BESIDE)]).encode())
     for folder in (Path(__file__).parents[1], data_file("machines").parent):
         for path in sorted(folder.rglob("*")):

@@ -1,4 +1,4 @@
-"""Rerun lessons, and list the numbers and pictures that changed before anything is written.
+"""Rerun lessons, and list the numbers and pictures that changed, before anything is written.
 
 Two outputs are the same if their words are equal and their numbers agree to 1e-9; a picture is compared by its
 description in numbers (`mathpost.draw.described`).
@@ -58,7 +58,7 @@ def rerun(path: Path | str, *, accept: bool = False) -> list[str]:
         raise MathpostError(f"{path}: its kernel was stopped") from None
     except CellExecutionError as error:
         raise MathpostError(f"{path}: {error.ename}: {error.evalue}") from None
-    for cell in after.cells:  # a panel that no Python answers is an error to its reader
+    for cell in after.cells:  # a reader without Python would see an error in place of a panel
         if cell.cell_type == "code":
             cell.outputs = [each for each in cell.outputs if PANEL not in each.get("data", {})]
     if accept:
@@ -69,20 +69,20 @@ def rerun(path: Path | str, *, accept: bool = False) -> list[str]:
 
 
 def _execute(client: NotebookClient) -> None:
-    """Run all cells, in a thread: in the main one nbclient takes the signals and answers them with tracebacks."""
+    """Run all cells in a thread: in the main one nbclient would catch signals and print tracebacks."""
     failed = []
 
     def work() -> None:
         try:
             client.execute()
-        except Exception as error:  # whatever it is, it is raised where somebody waits for it
+        except Exception as error:  # of any kind: raised again in the thread that waits
             failed.append(error)
 
     thread = Thread(target=work, daemon=True)
     thread.start()
     try:
         thread.join()
-    except KeyboardInterrupt:  # the kernel ends as soon as it sees that this process has
+    except KeyboardInterrupt:  # the kernel ends once it sees that this process has ended
         atexit.unregister(client._cleanup_kernel)
         raise
     for error in failed:
@@ -99,7 +99,7 @@ def _text(cell: nbformat.NotebookNode) -> str:
 
 
 def _differences(old: str, new: str) -> list[tuple[str, str]]:
-    """Pairs (old, new) of what differs: numbers where only these differ, lines otherwise."""
+    """Pairs (old, new) of differences: numbers where only these differ, lines otherwise."""
     before, after = old.splitlines(), new.splitlines()
     pairs: list[tuple[str, str]] = []
     for _, a, b, c, d in SequenceMatcher(None, before, after, autojunk=False).get_opcodes():

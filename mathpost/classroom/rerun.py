@@ -2,7 +2,7 @@
 
 This is optional: answers are judged without running anything. A notebook is a stranger's program. On Linux it gets
 its own processes, network, shared memory and temporary folders, and sees all other files as read-only (`apart`);
-started as root, also an account that owns nothing. `Place.open` says what could not be bounded, and nothing is ever
+if started as root, also an account that owns nothing. `Place.open` lists what could not be bounded; nothing is ever
 run as root.
 """
 
@@ -25,7 +25,7 @@ UID = 199_999  # an account number that owns nothing, below those of the student
 SECONDS = 300  # for a notebook
 MEMORY, PROCESSES = 2 * 2**30, 100  # of all processes together
 FOLDERS = dict.fromkeys(("/tmp", "/var/tmp", "/dev/shm"), apart.SHARED)
-# Of each process; AS counts what is shared, too. The system counts processes by account, so only one of its own.
+# Of each process; AS counts shared memory, too. Processes are counted by account: only a separate one is bounded.
 LIMITS = {"DATA": MEMORY, "AS": 2 * MEMORY, "FSIZE": 64 * 2**20, "CORE": 0, "NOFILE": 512}
 # The environment: nothing of the caller's, so no secrets.
 SETTINGS = {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "agg", "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
@@ -41,8 +41,8 @@ assert os.getuid() and not subprocess.call([sys.executable, "-c", "import ipyker
 class Place:
     """A sandbox: each notebook runs for at most `seconds`, in a folder of its own that is removed afterwards.
 
-    The attribute `open` lists, in sentences, what cannot be bounded here. If students' code could only be run as
-    root, there is an `InputError`.
+    The attribute `open` lists, in sentences, what cannot be bounded here. Raises `InputError` if students' code
+    could only be run as root.
     """
 
     def __init__(self, seconds: int = SECONDS) -> None:
@@ -121,7 +121,7 @@ class Place:
 
 
 def inside() -> None:
-    """In the sandbox: run notebook.ipynb and write it to standard output, out of the kernel's reach."""
+    """Run notebook.ipynb, in the sandbox, and write it to standard output, out of the kernel's reach."""
     import nbformat
     from jupyter_client import AsyncKernelManager
     from nbclient import NotebookClient

@@ -10,7 +10,7 @@ from mathpost.shell.options import FILE, OUTPUT
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("lessons", **FILE | {"metavar": "LESSONS"}, help="a notebook, or a folder of notebooks")
     add(*OUTPUT, **FILE | {"metavar": "FOLDER"}, required=True)
@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the copies, and say what they do not hide."""
+    """Write the copies, and say what they cannot hide."""
     lines = read_text(options.students).splitlines() if options.students else ()
     students = list(filter(None, map(str.strip, lines)))
     asked = assign.assign(options.lessons, options.output, students)

@@ -9,11 +9,11 @@ from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
 from mathpost.shell.options import FILE, MACHINE, OUTPUT, given
 
-SAID = ("method", "unit", "axis", "positive", "sigma", "start")  # what a file of readings may leave unsaid
+SAID = ("method", "unit", "axis", "positive", "sigma", "start")  # settings that a file of readings may leave out
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("machine", **MACHINE | {"help": "machine file, TOML, as the control has it"})
     add("readings", nargs="*", **FILE | {"metavar": "READINGS"}, help="CSV files, or .rtl of a laser")

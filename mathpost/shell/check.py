@@ -9,7 +9,7 @@ from mathpost.shell.options import FILE, LANGUAGE, given, show_progress, vector
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add, out = parser.add_argument, FILE | {"metavar": "OUT"}
     add("path", **FILE | {"metavar": "FILE_OR_FOLDER"}, help="a spreadsheet, or a folder of them")
     add("--task", metavar="TASK", help="zxz, sequence, nc, or a TOML file with the options below")
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what is wrong; of a folder a table, with the progress on standard error."""
+    """Print the faults; for a folder a table, with the progress on standard error."""
     task = asked(options)
     if not options.path.is_dir():
         report = workbook.check_file(options.path, task)
@@ -61,7 +61,7 @@ def asked(options: argparse.Namespace) -> workbook.Task:
 
 
 def _cells(text: str) -> dict[str, str]:
-    """NAME=RANGE,NAME=RANGE; a range may itself hold commas if quoted by the sheet's name."""
+    """Parse NAME=RANGE,NAME=RANGE; a range may contain commas within the quotes of a sheet's name."""
     pairs = [part.partition("=") for part in text.split(",")]
     if not all(name.strip() and address.strip() for name, _, address in pairs):
         raise argparse.ArgumentTypeError(f"expected NAME=RANGE,NAME=RANGE…, found {text!r}")

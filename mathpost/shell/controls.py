@@ -9,13 +9,13 @@ from mathpost.shell.options import FILE, OUTPUT, write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     parser.add_argument("name", nargs="?", help="print the file of this control, to be copied and changed")
     parser.add_argument(*OUTPUT, **FILE, help="by default standard output")
 
 
 def run(options: argparse.Namespace) -> int:
-    """List the controls with what their words rest on, or print one."""
+    """List the controls with their sources, or print one."""
     if options.name is None:
         for name in control.names():
             print(f"{name:12} {control.load(name).source}")

@@ -25,7 +25,7 @@ ROW: dict[str, Any] = {"nargs": "+", "type": number, "action": "append"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("--angles", **THREE, metavar=("α", "β", "γ"), help="three Euler angles, degrees")
     add("--quaternion", nargs=4, type=number, metavar=("W", "X", "Y", "Z"), help="instead of angles")
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what gives the answer; 0 if it is right, 1 if not."""
+    """Print what gives the answer; return 0 if it is right, 1 if not."""
     found = _of_machine(options) if options.machine is not None else [_of_rotation(options)]
     if found is None:
         return 0
@@ -62,7 +62,7 @@ def _need(options: argparse.Namespace, *names: str) -> None:
 
 
 def _rows(options: argparse.Namespace, *names: str) -> list[list]:
-    """The rows of several options, as many of each and all of one length; a single row by itself."""
+    """Return the rows of several options, equally many, of one length in each; a single row by itself."""
     _need(options, *names)
     rows = [getattr(options, name) for name in names]
     for name, several in zip(names, rows, strict=True):
@@ -72,7 +72,7 @@ def _rows(options: argparse.Namespace, *names: str) -> list[list]:
 
 
 def _of_rotation(options: argparse.Namespace) -> Explanation:
-    """What explains an answer that no machine is asked for."""
+    """Explain an answer that involves no machine."""
     given = options.angles or options.quaternion
     if options.matrix is not None:
         _need(options, "angles")
@@ -87,7 +87,7 @@ def _of_rotation(options: argparse.Namespace) -> Explanation:
 
 
 def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
-    """What explains the words of a machine; without a result the positions for a tool axis are printed."""
+    """Explain the words of a machine; without a result print the positions for a tool axis and return None."""
     kinematics = Kinematics(machine.load(options.machine))
     if options.joints:
         return [explain_tip(kinematics, *_rows(options, "joints", "result"))]
@@ -111,7 +111,7 @@ def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
 
 
 def _positions(kinematics: Kinematics, options: argparse.Namespace) -> None:
-    """Which angles make a tool axis, where there is nothing to explain."""
+    """Print the angles that make a tool axis, where there is nothing to explain."""
     for n, given in enumerate(options.axis):
         axis = np.array(given, dtype=float)
         tip = np.array(options.tip[n] if options.tip and n < len(options.tip) else (0, 0, 0), dtype=float)

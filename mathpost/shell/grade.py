@@ -11,7 +11,7 @@ from mathpost.shell.options import FILE, LANGUAGE, OUTPUT, show_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("folder", **FILE | {"metavar": "FOLDER"}, help="what was handed in, or a zip of it")
     add(
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the report; 1 if something was not read or a verdict does not fit its answer."""
+    """Write the report; return 1 if something was not read or a verdict does not fit its answer."""
     rules = grade.read_rules(options.rules) if options.rules else None
     place = Place() if options.rerun else None
     report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output

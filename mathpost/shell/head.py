@@ -9,11 +9,11 @@ from mathpost.measure.horizontal_head import VERTICAL, FittedHead, fit_head, lhy
 from mathpost.shell.options import FILE, columns, vector
 
 SENSE = {"clockwise": -1, "counterclockwise": 1}
-CHANCE = 0.05  # that vectors as they should be are said not to fit
+CHANCE = 0.05  # of rejecting vectors that are as they should be
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("vectors", **FILE, help="CSV: angle, x, y, z; horizontal minus vertical head")
     add("--at", type=float, metavar="DEG", help="any position; default: those that were measured")
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what is left of each vector, the head's axis and the blocks; 1 if the vectors do not fit."""
+    """Print the residual of each vector, the head's axis and the blocks; return 1 if the vectors do not fit."""
     head = read_head(options.vectors, sense=SENSE[options.turns], zero=options.zero)
     fitted = fit_head(head, sigma=options.sigma)
     correction = lhyset(head, *(options.measured or [VERTICAL] * 3))
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _verdict(fitted: FittedHead, sigma: float | None) -> tuple[str, bool]:
-    """Whether the vectors are those of an arm that turns about a line, as far as one can tell."""
+    """Say whether the vectors are those of an arm that turns about a line; True if that cannot be judged."""
     estimate, largest = fitted.estimate, 1e3 * np.abs(fitted.residuals).max()
     if sigma is None:
         return f"at most {largest:.1f} µm are left; whether that fits is not judged without --sigma", True
@@ -54,7 +54,7 @@ def _verdict(fitted: FittedHead, sigma: float | None) -> tuple[str, bool]:
 
 
 def _left(fitted: FittedHead) -> list[str]:
-    """A table of the vectors and what the model leaves of each."""
+    """A table of the vectors and their residuals."""
     head, rows = fitted.measured, [("", *"XYZ", *"XYZ")]
     for angle, u, left in zip(head.angles, head.vectors, 1e3 * fitted.residuals, strict=True):
         rows.append((f"{angle:g}", *(f"{value:z.3f}" for value in u), *(f"{value:z.1f}" for value in left)))
@@ -62,7 +62,7 @@ def _left(fitted: FittedHead) -> list[str]:
 
 
 def _axis(fitted: FittedHead) -> list[str]:
-    """Where the head turns, and the arm."""
+    """The line that the head turns about, and its arm."""
     x, y, along, square = (fitted.estimate.expanded(name) for name in ("cx", "cy", "a", "b"))
     return [
         f"turns about X {x.value:z.4f} ± {x.U:.4f}, Y {y.value:z.4f} ± {y.U:.4f} mm beside the vertical head",

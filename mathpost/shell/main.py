@@ -12,7 +12,7 @@ from mathpost.errors import MathpostError
 from mathpost.files import written
 from mathpost.shell import stopping
 
-COMMANDS = {  # a file of this folder each, and a line of help
+COMMANDS = {  # each a file of this folder, with a line of help
     "post": "CL data to a verified NC program",
     "verify": "a program of any post: what it does on the machine, and whether it follows the CL data",
     "calibrate": "readings to a machine file, its errors and a control's terms",
@@ -34,7 +34,7 @@ COMMANDS = {  # a file of this folder each, and a line of help
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, by default that of the command line; return the exit status.
 
-    0 is done, or all right; 1 something wrong in what was checked; 2 refused, with the reason on standard error.
+    0: done, or all right. 1: something checked is wrong. 2: refused, with the reason on standard error.
     """
     try:
         if arguments is None:
@@ -49,23 +49,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refused(error)
     finally:
         if arguments is None:
-            stopping.take(signal.SIG_IGN)  # what is done is done
+            stopping.take(signal.SIG_IGN)  # the command is finished
 
 
 def _stopped() -> int:
-    """Say what the command had written when it was interrupted; return the exit status."""
+    """Print what the command had written when it was interrupted; return the exit status."""
     said = f"files written, each whole: {len(written)}" if written else "nothing was written"
     print(f"mathpost: stopped, {said}", file=sys.stderr)
     return stopping.STATUS
 
 
 def _refused(error: BaseException) -> int:
-    """Say in a line why a command ended, and return the exit status; raise what nobody foresaw."""
+    """Print in one line why a command ended, and return the exit status; reraise an unforeseen error."""
     if isinstance(error, MathpostError):
         print(f"mathpost: {error}", file=sys.stderr)
-    elif isinstance(error, ModuleNotFoundError):  # of the extras that a headless post does without
+    elif isinstance(error, ModuleNotFoundError):  # one of the extras, which a headless post does without
         print(f"mathpost: this command needs {error.name}, which comes with mathpost[course]", file=sys.stderr)
-    elif isinstance(error, BrokenPipeError):  # somebody reads the first lines only
+    elif isinstance(error, BrokenPipeError):  # the reader stopped after the first lines
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     elif isinstance(error, OSError):  # standard output is closed, or its disk is full
@@ -77,13 +77,13 @@ def _refused(error: BaseException) -> int:
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Return the options of one command, with its function `run`; what argparse refuses raises `SystemExit`."""
+    """Return the options of one command, with its function `run`; argparse raises `SystemExit` for wrong ones."""
     words = _joined(list(arguments))
     return _parser(words).parse_args(words)
 
 
 def option_actions(command: str) -> list[argparse.Action]:
-    """Return the options of a command as argparse has them, for those who show them in a different form."""
+    """Return the options of a command as argparse has them, to show them in a different form."""
     made = argparse.ArgumentParser(prog=command, add_help=False)
     import_module(f"mathpost.shell.{command}").add_arguments(made)
     return made._actions

@@ -1,4 +1,4 @@
-"""What several commands take: files, vectors, numbers, angles; and how they write what they made."""
+"""Arguments that several commands share: files, vectors, numbers, angles; and the output of results."""
 
 import argparse
 import math
@@ -18,7 +18,7 @@ LANGUAGE: dict[str, Any] = {"choices": ("en", "zh"), "default": "en", "help": "o
 
 
 def vector(text: str) -> tuple[float, ...]:
-    """Three numbers, X,Y,Z."""
+    """Parse three numbers, X,Y,Z."""
     values = tuple(map(float, text.split(",")))
     if len(values) != 3:
         raise argparse.ArgumentTypeError(f"expected three numbers X,Y,Z, found {text!r}")
@@ -26,7 +26,7 @@ def vector(text: str) -> tuple[float, ...]:
 
 
 def number(text: str) -> str:
-    """The number as it was written, whose digits tell how precise it is; a comma is a decimal point."""
+    """Return a number as it was written, as its digits show its precision; a comma is a decimal point."""
     found = text.replace(",", ".").replace("−", "-").removesuffix("°")
     try:
         float(found)
@@ -36,14 +36,14 @@ def number(text: str) -> str:
 
 
 def count_of(values: list[str], names: Sequence[str], where: str) -> list[float]:
-    """As many numbers as there are names, such as those of joints."""
+    """Return values as numbers, one for each name, such as that of a joint."""
     if len(values) != len(names):
         raise InputError(where, f"{len(names)} numbers, {' '.join(names)}", f"{len(values)}")
     return [float(value) for value in values]
 
 
 def columns(rows: Iterable[Sequence[str]]) -> list[str]:
-    """Lines of a table whose columns are as wide as their widest text: numbers to the right, words to the left."""
+    """Return the lines of a table, columns as wide as their widest text: numbers right-aligned, words left."""
     rows = [list(row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     numeric = [
@@ -59,23 +59,23 @@ def columns(rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def named(names: Sequence[str], values: Iterable[float], decimals: int = 4) -> str:
-    """Names with their numbers, as in ``B 54.7356 C 45``."""
+    """Return names with their numbers, as in ``B 54.7356 C 45``."""
     return " ".join(f"{name} {plain(value, decimals)}" for name, value in zip(names, values, strict=True))
 
 
 def plain(value: float, decimals: int = 4) -> str:
-    """A number without zeros behind."""
+    """Return a number without trailing zeros."""
     text = f"{value:z.{decimals}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def degrees(default: float) -> dict[str, Any]:
-    """An angle in degrees whose default is in radians."""
+    """Return the settings of an angle in degrees whose default is given in radians."""
     return {"type": float, "default": round(math.degrees(default), 9), "metavar": "DEG"}
 
 
 def given(options: argparse.Namespace, names: Iterable[str]) -> dict:
-    """Those of the options that were given, by name."""
+    """Return those of the options that were given, by name."""
     return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
 
 
@@ -91,7 +91,7 @@ JSON: dict[str, Any] = {"action": "store_true", "help": "for scripts, with all d
 
 
 def write(path: Path | None, text: str, inputs: Iterable[Path] = ()) -> None:
-    """Write a file, or to standard output if there is no `path`."""
+    """Write to a file, or to standard output without a `path`."""
     if path:
         write_text(path, text, inputs=inputs)
     else:
@@ -99,7 +99,7 @@ def write(path: Path | None, text: str, inputs: Iterable[Path] = ()) -> None:
 
 
 def show_progress(done: int, total: int, name: str) -> None:
-    """Show a bar on a terminal, a line now and then in a log."""
+    """Show a bar on a terminal, or every twentieth step in a log."""
     if sys.stderr.isatty():
         bar = "█" * (30 * done // total)
         print(f"\r{bar:30s} {done}/{total} {name[:40]:40s}", end="\n" * (done == total), file=sys.stderr)

@@ -25,12 +25,12 @@ from mathpost.shell.pose import control_lines, position_rows
 if TYPE_CHECKING:
     from mathpost.plane.pose import Position
 
-SAME = 1e-6  # degrees between two angles that are one
-SEEN = 10.0  # mm from the plane's origin along its X: where that would be with a wrong K
+SAME = 1e-6  # degrees: angles nearer than this are one
+SEEN = 10.0  # mm along the plane's X of a point whose place with a wrong K is shown
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("words", nargs="*", metavar="WORD", help="as typed: G68.2 I135 J54.7356 K-90, PLANE SPATIAL …, CYCLE800(…)")
     add("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="three of them: origin, on X, towards Y")
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the plane; 1 if the machine has no position inside travel."""
+    """Print the plane; return 1 if the machine has no position inside travel."""
     plane = _read(options).to("G68.2")
     answer: dict[str, Any] = {"origin": plane.origin, "x": plane.frame.x, "y": plane.frame.y, "z": plane.frame.z}
     answer |= {"words": _words(plane), "wrong": _wrong(plane)}
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _read(options: argparse.Namespace) -> Plane:
-    """The plane that was asked for, in whatever way."""
+    """Return the plane that the options state, in one way or another."""
     said = [name for name in ("words", "point", "normal") if getattr(options, name)]
     if len(said) != 1:
         raise InputError("plane", "a control's words, three --point, or --normal", " and ".join(said) or "nothing")
@@ -111,7 +111,7 @@ def _floats(texts: Iterable[str]) -> np.ndarray:
 
 
 def _words(plane: Plane) -> dict[str, dict[str, str]]:
-    """Each notation with its block, and what was done where it locks."""
+    """Return each notation with its block, and a note where it locks."""
     found = {}
     for notation in NOTATIONS:
         written = plane.to(notation)
@@ -120,7 +120,7 @@ def _words(plane: Plane) -> dict[str, dict[str, str]]:
 
 
 def _wrong(plane: Plane) -> list[dict[str, Any]]:
-    """What other values of K would do: the plane stays, and everything on it is turned about its origin."""
+    """Return the effect of wrong values of K: the plane stays, but everything on it turns about its origin."""
     first, middle, third = plane.values
     rows = {"left out": 0.0, "with the other sign": -third, "of the twin, with these I and J": third + 180}
     by_value: dict[float, list[str]] = {}
@@ -138,7 +138,7 @@ def _wrong(plane: Plane) -> list[dict[str, Any]]:
 
 
 def _left(kinematics: Kinematics, plane: Plane, position: Position) -> dict[str, Any]:
-    """What is left between the feature and the machine at a position, and where the work offset goes."""
+    """Return the rotation left between feature and machine at a position, and the work offset there."""
     angles = position.joints[3:]
     alignment = positioning.align(plane.frame, kinematics)
     solution = alignment.at(angles)
@@ -179,7 +179,7 @@ def _plane_lines(plane: Plane, answer: dict[str, Any]) -> list[str]:
 def _machine_lines(
     kinematics: Kinematics, plane: Plane, found: Sequence[Position], left: Sequence[dict[str, Any]]
 ) -> list[str]:
-    """Positions, what the third angle leaves there, and the work offset."""
+    """Return lines on the positions, the rotation left at each, and the work offset."""
     model = kinematics.machine
     lines = [f"{model.name} ({model.arrangement})", *position_rows(kinematics, found), ""]
     for n, row in enumerate(left, 1):

@@ -15,7 +15,7 @@ from mathpost.shell.options import JSON, MACHINE, PRESENT, THREE, columns, count
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("machine", **MACHINE)
     add("--axis", **THREE, metavar=("I", "J", "K"), help="tool axis in the workpiece, of any length")
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the positions, or the pose; 1 if nothing is inside travel."""
+    """Print the positions, or the pose; return 1 if nothing is inside travel."""
     if (options.axis is None) == (options.joints is None):
         raise InputError("pose", "--axis or --joints", "both" if options.axis else "neither")
     kinematics = Kinematics(machine.load(options.machine))
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
 def _text(
     kinematics: Kinematics, found: Sequence[pose.Position], present: Sequence[float], taken: dict[str, pose.Taken]
 ) -> str:
-    """A table of the positions, and one of what the controls take."""
+    """Return a table of the positions, and one of those that the controls take."""
     model, first = kinematics.machine, found[0]
     tip, axis = named("XYZ", first.tip), named("ijk", first.axis, 6)
     lines = [f"{model.name} ({model.arrangement})", f"tip {tip} mm"]
@@ -56,7 +56,7 @@ def _text(
 
 
 def position_rows(kinematics: Kinematics, found: Sequence[pose.Position]) -> list[str]:
-    """Lines of a table of positions."""
+    """Return the lines of a table of positions."""
     rows = [("", *kinematics.machine.joint_names, "")]
     for n, position in enumerate(found, 1):
         joints = (f"{value:z.4f}" for value in position.joints)
@@ -67,7 +67,7 @@ def position_rows(kinematics: Kinematics, found: Sequence[pose.Position]) -> lis
 def control_lines(
     kinematics: Kinematics, found: Sequence[pose.Position], present: Sequence[float], taken: dict[str, pose.Taken]
 ) -> list[str]:
-    """Lines that say which of the positions each control takes."""
+    """Return lines that say which of the positions each control takes."""
     names, rows = kinematics.machine.joint_names[3:], []
     for control, choice in taken.items():
         at = "none"

@@ -23,7 +23,7 @@ from mathpost.shell.options import FILE, OUTPUT, degrees, given, vector, write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("cl", **FILE | {"metavar": "CL"}, help="APT CL file")
     add("--machine", **FILE, required=True, help="machine file, TOML")
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def keep_freed_memory() -> None:
-    """Let the C library keep what arrays of a long path have freed: to be given each page anew takes a tenth."""
+    """Let the C library keep the memory that arrays free: fetching each page again takes a tenth of the time."""
     if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
         most = 2**31 - 1
         library.mallopt(ctypes.c_int(-3), ctypes.c_int(most))  # M_MMAP_THRESHOLD
@@ -72,7 +72,7 @@ def keep_freed_memory() -> None:
 
 
 def read(options: argparse.Namespace) -> tuple[CLData, Machine]:
-    """Return the CL data and the machine, as set up."""
+    """Return the CL data, and the machine with its setup."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
     ignored = tuple(word.strip() for word in options.ignore.split(",") if word.strip())
     return cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=ignored), setup
@@ -81,7 +81,7 @@ def read(options: argparse.Namespace) -> tuple[CLData, Machine]:
 def made(
     options: argparse.Namespace, path: CLData, setup: Machine, progress: Callable[[str], None] | None
 ) -> Result:
-    """Return the program that the options ask for, of what `read` has read; see `mathpost.post.run`."""
+    """Return the program that the options ask for, from the result of `read`; see `mathpost.post.run`."""
     return post(
         path,
         setup,

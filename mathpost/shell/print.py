@@ -1,4 +1,4 @@
-"""Forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX, or all that runs it on LinuxCNC."""
+"""Forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX, or a folder that runs it on LinuxCNC."""
 
 import argparse
 import sys
@@ -11,7 +11,7 @@ from mathpost.shell.options import FILE, MACHINE, OUTPUT, write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     parser.add_argument("machine", **MACHINE)
     parser.add_argument("--to", choices=(*codegen.LANGUAGES, "linuxcnc"), required=True)
     parser.add_argument(*OUTPUT, **FILE, help="by default standard output; for linuxcnc a folder")

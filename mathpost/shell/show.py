@@ -10,7 +10,7 @@ from mathpost.shell.options import FILE, MACHINE, OUTPUT
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     parser.add_argument("machine", **MACHINE)
     parser.add_argument(*OUTPUT, **FILE | {"metavar": "PAGE"}, required=True, help="HTML")
 

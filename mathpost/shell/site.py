@@ -8,7 +8,7 @@ from mathpost.site import build
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add(
         "lessons", nargs="?", default=Path("notebooks"), **FILE | {"metavar": "LESSONS"}, help="folder of notebooks"

@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM at any moment end with one line; loaded before everything that takes long to load.
+"""Ctrl-C and SIGTERM end the process with one line at any moment; loaded before everything that loads slowly.
 
-While modules are loaded there is nothing to tidy up, and the process ends at once: a module that is interrupted
-would show a traceback, or swallow the interruption. A command is interrupted in order. What it has done is done.
+While modules are loaded there is nothing to tidy up, and the process ends at once: an interrupted import would show
+a traceback, or swallow the interruption. A command is interrupted in order; files that it has written remain.
 """
 
 import os
@@ -28,16 +28,16 @@ def in_order(*_: object) -> None:
 
 
 def came() -> bool:
-    """Whether the command was interrupted; a library may have made any other error of that."""
+    """Return whether the command was interrupted; a library may have turned that into a different error."""
     return _came
 
 
 def take(handler: Callable[..., None] | signal.Handlers) -> None:
-    """Have signals handled so, but not those that whoever started this process wants to be ignored."""
+    """Install a handler of the signals, except for those that the parent process has set to be ignored."""
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, handler)
 
 
 def _silent(*_: object) -> None:
-    """An interruption in a place that cannot raise, such as a finalizer, is no news."""
+    """Ignore an interruption in a place that cannot raise, such as a finalizer."""

@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from mathpost.machine import Machine
     from mathpost.path.cl import CLData
 
-MOST_SHOWN = 4000  # blocks of a page: with more of them every second, third … one is left out
+MOST_SHOWN = 4000  # blocks of a page; of more, only every second, third … is shown
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what the command takes."""
+    """Declare the arguments."""
     add = parser.add_argument
     add("program", **FILE | {"metavar": "PROGRAM"}, help="NC program, whoever wrote it")
     add("--machine", **FILE, required=True, help="machine file, TOML")
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print what the program does; 1 if a block is off its CL path, out of travel, or rapid in cut."""
+    """Print what the program does; return 1 if a block is off its CL path, out of travel, or rapid in the cut."""
     origin, offsets = _origins(options.origin)
     setup = machine.load(options.machine).with_setup(origin=origin, tool_length=options.tool_length)
     path = cl.read(options.cl) if options.cl else None
@@ -92,7 +92,7 @@ def page(found: Verified, kin: Kinematics) -> str:
 
 
 def _origins(texts: Iterable[str]) -> tuple[tuple[float, ...] | None, dict[str, tuple[float, ...]]]:
-    """The origin given without a name, and the origins of work offsets by their words."""
+    """Return the origin given without a name, and the origins of work offsets by their words."""
     origin, offsets = None, {}
     for text in texts:
         name, _, numbers = text.rpartition("=")
@@ -108,7 +108,7 @@ def _origins(texts: Iterable[str]) -> tuple[tuple[float, ...] | None, dict[str, 
 
 
 def _start(text: str, setup: Machine) -> dict[str, float]:
-    """The positions of axes, by name."""
+    """Return positions of axes by name."""
     found = {}
     for word in filter(None, text.upper().replace("=", "").split(",")):
         name = next((name for name in setup.joint_names if word.startswith(name)), "")
@@ -119,7 +119,7 @@ def _start(text: str, setup: Machine) -> dict[str, float]:
 
 
 def _of_cl(path: CLData | None) -> dict[str, float]:
-    """The lengths that the CL data state, by the number of the tool."""
+    """Return the lengths that the CL data state, by the number of the tool."""
     tools = cl.commands(path.remarks, "tool") if path is not None else []
     return {str(tool.values[0]): tool.values[1] for _, tool in tools if tool.values[1] is not None}
 

@@ -12,7 +12,7 @@ from mathpost.errors import InputError, MathpostError
 from mathpost.machine import LETTERS, from_dict
 
 COLUMNS = ("from", "to", "rate", "acceleration")
-Row = dict[str, float | None]  # from column to number; None is not stated
+Row = dict[str, float | None]  # from column to number; None: not stated
 CELL = widgets.Layout(width="255px")
 LABEL = {"description_width": "155px"}
 WEIGHTS = (
@@ -22,7 +22,7 @@ WEIGHTS = (
 
 
 class Axes(widgets.VBox):
-    """A row of numbers for each axis of a machine file, in the file's own units; an empty one is not stated."""
+    """A row of numbers for each axis of a machine file, in the file's own units; an empty field is not stated."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -33,12 +33,12 @@ class Axes(widgets.VBox):
         self.add_class("mathpost-axes")
 
     def show(self, name: str, content: str | None) -> None:
-        """Show the axes of a machine file; what was typed for a different one is forgotten."""
+        """Show the axes of a machine file; numbers typed for a different one are dropped."""
         if content == self.content:
             return
         try:
             self.stated = _stated(content, name) if content is not None else {}
-        except MathpostError:  # which the run will say
+        except MathpostError:  # which the run will report
             content, self.stated = None, {}
         self.name, self.content, rows = name, content, []
         self.cells = {axis: dict.fromkeys(COLUMNS) for axis in self.stated}
@@ -69,7 +69,7 @@ class Axes(widgets.VBox):
 
 
 def _stated(text: str, name: str) -> dict[str, Row]:
-    """Axis → column → number of a machine file, None where it states none."""
+    """Return axis → column → number of a machine file, None where it states none."""
     try:
         content = tomllib.loads(text)
         from_dict(content, name)
@@ -98,7 +98,7 @@ def _number(cell: widgets.Text) -> float | None:
 
 
 def _table(content: tomlkit.TOMLDocument, name: str) -> dict[str, Any]:
-    """The table of an axis in a machine file, made if it is not there."""
+    """Return the table of an axis in a machine file, made if it is missing."""
     if name in LETTERS:
         linear = content.setdefault("linear", tomlkit.table())
         return linear.setdefault(name, tomlkit.inline_table())
@@ -122,7 +122,7 @@ def _put(table: dict[str, Any], row: Row, before: Row) -> None:
 
 
 def _keys(row: Row) -> dict[str, Any]:
-    """The numbers of one axis as a machine file has them; None is not stated."""
+    """Return the numbers of one axis by their keys in a machine file; None: not stated."""
     ends = [row["from"], row["to"]]
     return {
         "limits": None if ends == [None, None] else ends,

@@ -1,4 +1,4 @@
-"""Readings to a calibrated machine: errors with U, what is left of each reading, the control's terms, the files."""
+"""Readings to a calibrated machine: errors with U, the residual of each reading, the control's terms, the files."""
 
 import argparse
 from collections.abc import Callable
@@ -52,7 +52,7 @@ def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) ->
 
 
 def residuals(found: Calibration) -> str:
-    """Return what is left of each reading, the one that the others contradict most first, as HTML."""
+    """Return the residual of each reading, as HTML, the one that the others contradict most first."""
     rows = sorted(found.residuals, key=lambda each: -abs(each.times))
     if not rows:
         return "<p>These readings have no rows to look at.</p>"

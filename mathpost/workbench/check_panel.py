@@ -1,4 +1,4 @@
-"""Spreadsheets checked: a line for each as it is judged, which opens to its sheet; marked copies to download."""
+"""Spreadsheets checked: a line for each as it is judged, which unfolds to its sheet; marked copies to download."""
 
 import argparse
 import io
@@ -21,8 +21,8 @@ from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, FileReport
 from mathpost.workbook.sheet.file import read
 
 FIRST = ("path", "sequence", "convention", "machine", "language")
-MOST_LINES = 400  # of a class; the files to download have all
-SMALL = 200_000  # bytes of a marked copy that its line offers by itself
+MOST_LINES = 400  # of a class; the downloads have all
+SMALL = 200_000  # bytes of the largest marked copy that a line offers by itself
 
 
 def panel(**values: Any) -> Panel:
@@ -31,7 +31,7 @@ def panel(**values: Any) -> Panel:
 
 
 def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:
-    """Check one spreadsheet or a folder as the shell does, and say a line for each."""
+    """Check one spreadsheet or a folder as the shell does, and show a line for each."""
     task, marked, pages = check.asked(options), folder / "marked", {}
     place, many = options.path, options.path.is_dir()
     say("checking", row=_line(HEADS[options.language], "mathpost-head"))
@@ -77,7 +77,7 @@ def _line(texts: Iterable[str], kind: str = "", colour: str = "white", inside: s
 
 
 def _row(row: Row, report: FileReport | None, path: Path, copy: Path, *, opened: bool) -> str:
-    """The line of a workbook; inside, what is wrong and why, the sheet, and the marked copy."""
+    """Return the line of a workbook; folded in it, its faults with reasons, the sheet, and the marked copy."""
     colour = STATUS_COLOUR.get(row[1], STATUS_COLOUR[UNCLEAR])
     inside = f"<p>{escape(row[5])}</p>"
     if report is not None:

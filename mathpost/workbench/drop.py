@@ -1,7 +1,7 @@
 """Files from a browser: a zone to drop them on, which has buttons, too. `drop.js` is its other half.
 
-Python says first what it takes of an offer. Then the files come in pieces, one by one, and each is answered
-with how much there is: a piece that was lost is sent again, and one that comes twice is passed over.
+Python first says which of the offered files it takes. Then the files come in pieces, one by one, and each is
+answered with the bytes received: a lost piece is sent again, and one that comes twice is ignored.
 """
 
 import re
@@ -15,11 +15,11 @@ from traitlets import Bool, Int, List, Unicode
 from mathpost.errors import InputError
 
 MEGABYTE = 2**20
-LARGEST, TOGETHER = 100 * MEGABYTE, 200 * MEGABYTE  # of a file, and of all that one zone holds
+LARGEST, TOGETHER = 100 * MEGABYTE, 200 * MEGABYTE  # of a file, and of all files in one zone
 MOST = 500  # files
 BOUND = f"at most {LARGEST // MEGABYTE} MB a file, {TOGETHER // MEGABYTE} MB and {MOST} files together"
-NOT_IN_NAMES = re.compile(r'[<>:"|?*\x00-\x1f\x7f]')  # of files on every system
-HIDDEN = (".", "~$", "__MACOSX")  # what systems and spreadsheet programs leave in a folder
+NOT_IN_NAMES = re.compile(r'[<>:"|?*\x00-\x1f\x7f]')  # of files on some system
+HIDDEN = (".", "~$", "__MACOSX")  # files that systems and spreadsheet programs leave in a folder
 
 
 class Drop(anywidget.AnyWidget):
@@ -28,7 +28,7 @@ class Drop(anywidget.AnyWidget):
     Parameters
     ----------
     label : str
-        What they are, for those who do not see where the zone is.
+        What they are, for screen readers.
     several : bool
         Whether it takes more than one, and folders.
     """
@@ -36,27 +36,27 @@ class Drop(anywidget.AnyWidget):
     _esm = Path(__file__).with_name("drop.js")
     label, bound = Unicode().tag(sync=True), Unicode(BOUND).tag(sync=True)
     several, most = Bool().tag(sync=True), Int(MOST).tag(sync=True)
-    held: List = List().tag(sync=True)  # names and sizes of the files that are here
-    changes = Int()  # how often they have changed, to be observed
+    held: List = List().tag(sync=True)  # names and sizes of the files received
+    changes = Int()  # how often they have changed, for observers
 
     def __init__(self, label: str, several: bool) -> None:
         super().__init__(label=label, several=several)
         self.files: dict[str, bytes] = {}
-        self.coming: dict[str, tuple[int, bytearray]] = {}  # size, and what has arrived
+        self.coming: dict[str, tuple[int, bytearray]] = {}  # size, and the bytes received
         self.on_msg(self._heard)
 
     def put(self, files: dict[str, bytes]) -> None:
-        """Hold these files, and no others."""
+        """Replace the files by these."""
         self.files, self.coming = dict(files), {}
         self._show()
 
     def offer(self, files: Sequence[tuple[str, int]]) -> list[str]:
-        """Return the name that each of the files has here, "" if it is passed over; no other is expected any more.
+        """Return the name here of each of the files offered, "" if it is ignored; earlier offers lapse.
 
         Raises
         ------
         InputError
-            If they are too many or too large; none is then taken.
+            If they are too many or too large; then none is taken.
         """
         if len(files) > 1 and not self.several:
             raise InputError(self.label, "one file", f"{len(files)}")
@@ -78,7 +78,7 @@ class Drop(anywidget.AnyWidget):
         return taken
 
     def piece(self, name: str, start: int, content: bytes) -> int:
-        """Take a piece of a file that was offered, and return how many bytes of it there are."""
+        """Take a piece of a file that was offered, and return how many of its bytes have been received."""
         if name not in self.coming:
             if name in self.files:  # the last piece, once more
                 return len(self.files[name])
@@ -116,7 +116,7 @@ class Drop(anywidget.AnyWidget):
         self.changes += 1
 
     def _heard(self, _widget: Any, content: dict, buffers: list) -> None:
-        """Answer a message of the browser, each by its number."""
+        """Answer a message of the browser, with its number."""
         answer: dict[str, Any] = {"id": content["id"]}
         try:
             if "offer" in content:
@@ -131,13 +131,13 @@ class Drop(anywidget.AnyWidget):
 
 
 def _inside(name: str) -> str:
-    """The name of a file, with those of its folders, as one that stays inside a folder on every system."""
+    """Return the name of a file, with its folders, as one that stays inside a folder on every system."""
     parts = (NOT_IN_NAMES.sub("_", part).strip() for part in re.split(r"[/\\]", name))
     return "/".join(part for part in parts if part.strip(".")) or "file"
 
 
 def _distinct(name: str, taken: Sequence[str]) -> str:
-    """A name that is not taken: of two files that are called the same, none is lost."""
+    """Return a name that is not taken, so that of two files of one name none is lost."""
     path, number = PurePosixPath(name), 1
     while name in taken:
         number += 1

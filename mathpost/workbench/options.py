@@ -1,4 +1,4 @@
-"""An option of the shell as a control: what argparse knows of it says what it looks like."""
+"""An option of the shell as a control, made from what argparse knows about it."""
 
 import argparse
 import os
@@ -30,7 +30,7 @@ NAMED: dict[str, Callable[[], list[str]]] = {  # names to choose from, besides a
     "TASK": lambda: ["zxz", "sequence", "nc"],
 }
 UNITS = {"MM": "mm", "DEG": "°"}
-# An app of voila is for people who may not look into the server: files are dropped, and downloaded.
+# An app of voila is for people who may not read the server's files: theirs are dropped, and downloaded.
 IS_APP = os.environ.get("SERVER_SOFTWARE", "").startswith("voila")
 LABEL, FIELD = "120px", "340px"
 STYLE = {"description_width": LABEL}
@@ -68,7 +68,7 @@ class Option:
         return isinstance(self.action, argparse._AppendAction)
 
     def words(self, folder: Path) -> list[str]:
-        """Return the words; what was dropped is written into `folder`."""
+        """Return the words; dropped files are written into `folder`."""
         value = self.field.value
         if isinstance(value, bool) or value is None:
             return [self.name] * bool(value)
@@ -86,7 +86,7 @@ class Option:
 class FileOption(Option):
     """A control for a file, or several: dropped, by its path, or the name of one that comes with the package.
 
-    A value that is a dictionary, name → text, holds files that are there already: those drawn in a lesson.
+    A value that is a dictionary, name → text, contains files that are there at the start: those drawn in a lesson.
     """
 
     shipped: dict[str, Path]  # that come with the package, by name
@@ -114,7 +114,7 @@ class FileOption(Option):
         )  # fmt: skip
 
     def _name(self, _change: Any = None) -> None:
-        """What is held is what the field names, until something else is typed there."""
+        """Name the dropped files in the field, which counts until something else is typed there."""
         self.field.value = self._named()
 
     def _named(self) -> str:
@@ -149,7 +149,7 @@ class FileOption(Option):
         """Return the content of the one file that the field names, None if there is none."""
         if self._is_held():
             return next(iter(self.drop.files.values())) if len(self.drop.files) == 1 else None
-        with suppress(InputError):  # which a run says
+        with suppress(InputError):  # which a run reports
             paths = self.paths(Path())
             found = self.shipped.get(f"{paths[0]}.toml", paths[0]) if len(paths) == 1 else None
             return found.read_bytes() if found is not None and found.is_file() else None
@@ -157,7 +157,7 @@ class FileOption(Option):
 
 
 def _written(path: Path, content: bytes) -> Path:
-    with suppress(OSError):  # which the next line says
+    with suppress(OSError):  # which the next line reports
         path.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(path, content)
     return path
@@ -169,9 +169,9 @@ def _shipped(pattern: str) -> list[Path]:
 
 
 def options(command: str, values: dict[str, Any]) -> dict[str, Option]:
-    """Return a control for each option of a command that says what to read, by the name of its value.
+    """Return a control for each option of a command that is an input, by the name of its value.
 
-    `values` are what the controls begin with; what the shell writes, the panel offers as a download.
+    `values` are the initial values of the controls; files that the shell writes are downloads of the panel.
     """
     found = {}
     for action in option_actions(command):

@@ -1,4 +1,4 @@
-"""A command of the shell as a panel: its options as controls, run and cancel, what comes out, downloads."""
+"""A command of the shell as a panel: its options as controls, run and cancel, results, downloads."""
 
 import base64
 import threading
@@ -29,7 +29,7 @@ WIDE = widgets.Layout(width="100%")
 
 
 class Shown(widgets.VBox):
-    """Controls and the line that says what comes of them; where there is no Python, one sentence."""
+    """Controls and a line with their result; where there is no Python, one sentence."""
 
     def __init__(
         self, command: str, controls: Sequence[widgets.Widget], below: Sequence[widgets.Widget] = ()
@@ -40,14 +40,14 @@ class Shown(widgets.VBox):
         self.add_class("mathpost-panel")
 
     def tell(self, text: str, kind: str = "") -> None:
-        """Say one line: a result, or an error."""
+        """Show one line: a result, or an error."""
         self.said.value = f'<div class="mathpost-said {kind}" role="status">{escape(text)}</div>'
 
     def __repr__(self) -> str:
         return f"{self.command}: {SENTENCE}"
 
     def _ipython_display_(self, **_kwargs: Any) -> None:
-        """Show a sentence for those who have no Python, and where there is one the panel in its place."""
+        """Show a sentence for readers without Python, and the panel in its place for those with it."""
         sentence = f'<style>{WITHOUT_PYTHON}</style><div class="mathpost-sentence">{SENTENCE}</div>'
         display({"text/plain": repr(self), "text/html": sentence}, raw=True)
         view = self._repr_mimebundle_()
@@ -63,12 +63,12 @@ class Panel(Shown):
         One of `mathpost.shell.main.COMMANDS`.
     work : callable
         ``work(options, say, folder)``, a function of a module, makes a `Made` in a process of its own; the folder
-        goes when it has ended. ``say(stage, done,
-        total, row)`` tells how far it is; a `row`, HTML, is added to those that are shown.
+        is removed when it ends. ``say(stage, done, total, row)`` reports its progress; a `row`, HTML, is added to
+        those shown.
     first : sequence of str
-        The options in sight; the others are in a section that opens.
+        The options in sight; the others are in a section that unfolds.
     values : dict
-        What options begin with.
+        Initial values of options.
     """
 
     def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any]) -> None:
@@ -92,7 +92,7 @@ class Panel(Shown):
             self.section("Further options", widgets.VBox(more))
 
     def section(self, title: str, content: widgets.Widget) -> None:
-        """Add a section that opens."""
+        """Add a section that unfolds."""
         self.sections.children = (*self.sections.children, content)
         self.sections.set_title(len(self.sections.children) - 1, title)
 
@@ -141,7 +141,7 @@ class Panel(Shown):
             self.tell(made or "stopped: nothing is left of this run", "wrong" if made else "")
 
     def told(self, stage: str = "", done: float = 0, total: float = 0, row: str = "") -> None:
-        """Show how far the run is: the stage and its seconds, and what a work has found so far."""
+        """Show the progress of the run: the stage and its seconds, and a result so far."""
         if row:
             self.rows.children = (*self.rows.children, widgets.HTML(row, layout=WIDE))
         if stage and stage != self.now[0]:
@@ -152,14 +152,14 @@ class Panel(Shown):
         self.stage.value = f"{escape(stage)} … {time.monotonic() - since:.0f} s"
 
     def show(self, made: Made) -> None:
-        """Show what was made: pages beside each other, and downloads."""
+        """Show the results: pages in tabs, and downloads."""
         self.files = made.files
         pages = widgets.Tab([widgets.HTML(page, layout=WIDE) for page in made.pages.values()], layout=WIDE)
         pages.titles = tuple(made.pages)
         self.found.children = (self.downloads(), *[pages] * bool(made.pages), self.rows)
 
     def downloads(self) -> widgets.Widget:
-        """Links that save each file, and a field to write all of them to a folder."""
+        """Return links that save each file, and a field to write all of them to a folder."""
         links = [download(name, content) for name, content in self.files.items() if len(content) <= LARGEST]
         if not self.files:
             return widgets.HTML()

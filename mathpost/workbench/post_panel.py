@@ -36,8 +36,8 @@ STAGES = (
     "comparing",
     "drawing",
 )
-MOST_WALKED = 4000  # records of a view: of more, every second, third … is shown
-MOST_LINES = 400  # of a program or a list, to look at
+MOST_WALKED = 4000  # records of a view; of more, every second, third … is shown
+MOST_LINES = 400  # shown of a program or a list
 SUFFIX = {"heidenhain": ".h", "siemens": ".mpf"}
 
 
@@ -74,7 +74,7 @@ def panel(**values: Any) -> Panel:
 
 
 def work(options: argparse.Namespace, say: Callable[..., None], _folder: Path) -> Made:
-    """Make the program as the shell does, and what is shown of it."""
+    """Make the program as the shell does, and the pages that show it."""
 
     def stage(name: str) -> None:
         say(name, STAGES.index(name) + 0.5, len(STAGES))
@@ -127,7 +127,7 @@ def rotary_axes(kin: Kinematics, path: CLData, result: Result) -> str:
 
 
 def walk(kin: Kinematics, path: CLData, result: Result) -> str:
-    """Return the machine walking through the records, as HTML; of very many, every second, third … one."""
+    """Return the machine walking through the records, as HTML; if they are many, every second, third …"""
     every = -(-len(path) // MOST_WALKED)
     if every == 1:
         return view_machine.walk(kin, path, result.joints)._repr_html_()

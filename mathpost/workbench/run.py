@@ -1,4 +1,4 @@
-"""One run of a command in a process of its own: it tells how far it is, can be stopped, and leaves nothing."""
+"""One run of a command in a process of its own: it reports progress, can be stopped, and leaves nothing behind."""
 
 import argparse
 import io
@@ -21,12 +21,12 @@ from mathpost.errors import MathpostError
 from mathpost.shell import main
 
 TEXTS = re.compile(r"\.(txt|csv|html)$")  # files that may name others
-EVERY = 0.3  # s between two looks at a process that says nothing
+EVERY = 0.3  # s between two looks at a silent process
 
 
 @dataclass
 class Made:
-    """What a run has made, to be shown: pages of HTML by their titles, and files by their names."""
+    """The results of a run, to be shown: pages of HTML by their titles, and files by their names."""
 
     said: str  # in one line
     pages: dict[str, str] = field(default_factory=dict)
@@ -35,11 +35,11 @@ class Made:
 
 
 class Run:
-    """A process that runs ``work(options, say, folder)``, and the folder for what it needs, which goes with it.
+    """A process that runs ``work(options, say, folder)``, and the folder for its files, which is removed with it.
 
-    `words` are the words of the command line in the shell. `told` is called with everything that the work says with
-    ``say(...)``, and from time to time with nothing. `result` is a `Made`, or the sentence of an error, or None if
-    the run was stopped.
+    `words` are the words of the command line in the shell. `told` is called with all arguments of ``say(...)``, and
+    from time to time with none. A call returns a `Made`, or the sentence of an error, or None if the run was
+    stopped.
     """
 
     def __init__(self, work: Callable) -> None:
@@ -49,14 +49,14 @@ class Run:
         self.stopped = False
 
     def __call__(self, words: list[str], told: Callable[..., None]) -> Made | str | None:
-        """Run until it has ended or was stopped; the folder is then gone."""
+        """Run until it ends or is stopped; then the folder is removed."""
         spawn = multiprocessing.get_context("spawn")
         ours, theirs = spawn.Pipe(duplex=False)
         try:
             self.process = spawn.Process(target=_work, args=(theirs, self.work, words, self.folder), daemon=True)
             self.process.start()
             theirs.close()
-            if self.stopped:  # before there was anything to be stopped
+            if self.stopped:  # before there was a process to stop
                 self.process.kill()
             while True:
                 if not ours.poll(EVERY):
@@ -87,7 +87,7 @@ class Run:
 
 
 def _work(connection: Connection, work: Callable, words: list[str], folder: Path) -> None:
-    """In the new process: run, and send what is said and what comes out."""
+    """Run, in the new process, and send progress and result."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the kernel's own
     sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as it lives
     threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
@@ -95,7 +95,7 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
     def say(stage: str = "", done: int = 0, total: int = 0, row: str = "") -> None:
         connection.send(("told", (stage, done, total, named(row))))
 
-    def named(text: str) -> str:  # what was dropped is called by its name alone
+    def named(text: str) -> str:  # a dropped file is called by its name alone
         return re.sub(f"{re.escape(str(folder))}{re.escape(os.sep)}\\w+{re.escape(os.sep)}", "", text)
 
     try:
@@ -111,7 +111,7 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
 
 
 def parsed(words: list[str]) -> argparse.Namespace:
-    """Return the options that the words name; what argparse refuses is a `MathpostError`, too."""
+    """Return the options that the words name; `MathpostError` for those that argparse refuses."""
     said = io.StringIO()
     try:
         with redirect_stderr(said):
@@ -121,7 +121,7 @@ def parsed(words: list[str]) -> argparse.Namespace:
 
 
 def _end_with_parent(folder: Path) -> None:
-    """A kernel that was killed leaves nothing behind, either."""
+    """End, and leave nothing behind, when the kernel is killed."""
     if kernel := multiprocessing.parent_process():
         kernel.join()
     shutil.rmtree(folder, ignore_errors=True)

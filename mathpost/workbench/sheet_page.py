@@ -7,11 +7,11 @@ from openpyxl.utils import get_column_letter
 from mathpost.workbook.report import STATUS_COLOUR, FileReport
 from mathpost.workbook.sheet.file import Book, Cell
 
-MOST_ROWS, MOST_COLUMNS = 60, 26  # shown of a sheet, about what was judged
+MOST_ROWS, MOST_COLUMNS = 60, 26  # shown of a sheet, around the judged cells
 
 
 def sheet_page(report: FileReport, book: Book) -> str:
-    """Return the sheet of the first wrong cell, or else of the first judged one; a formula shows over its cell."""
+    """Return the sheet of the first wrong cell, or of the first judged one; a cell's formula is its tooltip."""
     judged = {cell.place: cell for cell in report.cells}
     if not judged:
         return ""
@@ -35,7 +35,7 @@ def sheet_page(report: FileReport, book: Book) -> str:
 
 
 def _near(place: int, used: set[int], most: int) -> range:
-    """The rows or columns from the first used one to the last, at most so many about a place."""
+    """Return the rows or columns from the first used one to the last, at most `most` around a place."""
     low, high = min(used | {place}), max(used | {place})
     low = max(low, min(place - most // 2, high - most + 1))
     return range(low, min(high, low + most - 1) + 1)

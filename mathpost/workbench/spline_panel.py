@@ -1,4 +1,4 @@
-"""The clamped cubic of source 002 as a panel: n, Δt and the slopes, and what the proof and the time law say."""
+"""The clamped cubic of source 002 as a panel: n, Δt and the slopes, with the results of proof and time law."""
 
 import ipywidgets as widgets
 import numpy as np
@@ -46,7 +46,7 @@ class SplinePanel(Shown):
         return Motion.on_part(joints, place)
 
     def prove(self) -> None:
-        """Say the largest errors between the blocks, the seconds of the whole path, and what is out of travel."""
+        """Show the largest errors between the blocks, the seconds of the whole path, and joints out of travel."""
         try:
             motion = self.cubic()
         except MathpostError as error:
@@ -71,5 +71,5 @@ def _number(name: str, low: float, high: float) -> widgets.FloatSlider:
 
 
 def _virtual_time(dt: widgets.FloatSlider, slope: widgets.FloatSlider) -> float:
-    """Equation (7) divides by Δt: a slope that is taken f times is that of Δt / f, a level one that of no end."""
+    """Return the Δt of equation (7) that makes a slope f times as steep: Δt / f; infinite for a level one."""
     return dt.value / slope.value if slope.value else np.inf

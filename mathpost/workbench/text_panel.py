@@ -1,4 +1,4 @@
-"""Commands whose answer is what they print: explain, pose, plane, verify, head."""
+"""Commands whose answer is their printed text: explain, pose, plane, verify, head."""
 
 import argparse
 import io
@@ -13,7 +13,9 @@ from mathpost.workbench.panel import Panel
 from mathpost.workbench.run import Made
 
 PAGE = "page.html"
-VERDICT = {"verify": ("travel", "CL data", "rapid")}  # lines that say it, where that is not the first
+VERDICT = {
+    "verify": ("travel", "CL data", "rapid")
+}  # first words of the lines with the verdict, if it is not the first line
 
 
 def explain(**values: Any) -> Panel:
@@ -42,7 +44,7 @@ def head(**values: Any) -> Panel:
 
 
 def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:
-    """Run the command as the shell does, and show what it prints, and the page that it can write."""
+    """Run the command as the shell does, and show its printed text, and the page that it can write."""
     say(options.command)
     if has_page := "page" in options:
         options.page = folder / PAGE
