@@ -77,7 +77,7 @@ def quarter_turns(panels: Iterable[Axes3D]) -> None:
 def ruined_bore(
     panels: Iterable[Axes], *, radius: float = 10.0, retract: float = 1.0, turned: float = 180.0
 ) -> None:
-    """Draw a bored hole seen along the tool: the bar leaves the wall by the frame's X, then by one turned wrongly.
+    """Draw a bored hole seen along the tool: the bar leaves the wall along the frame's X, then along a wrong one.
 
     The spindle has stopped with the tip of the bar on its own X; the control moves it by `retract` along minus the
     frame's X. Lengths in mm, not to scale except for the mark that the tip leaves; `turned` in degrees.
@@ -198,7 +198,7 @@ def coins(panels: Iterable[Axes3D], turns: str, title: str) -> None:
 
 
 def set_ups(*names: str) -> None:
-    """Draw set-ups from `setups.toml` beside each other, by name."""
+    """Draw set-ups from `setups.toml` side by side, by name."""
     _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
     for axes, name in zip(np.atleast_1d(panels), names, strict=True):
         drawn = toml("setups")[name]
@@ -218,7 +218,7 @@ def _turn(degrees: float) -> np.ndarray:
 
 
 def _plane(axes: Axes, title: str = "", start: float = -1.2) -> None:
-    """A frame X, Y with its unit circle."""
+    """Draw a frame X, Y with its unit circle."""
     axes.set(aspect="equal", xlim=(start, 1.4), ylim=(-0.3, 1.4), title=title)
     axes.set_axis_off()
     axes.add_patch(Circle((0, 0), 1.0, fill=False, color=MACHINE, linewidth=0.6))
@@ -250,7 +250,7 @@ def _space_arrow(axes: Axes3D, start: np.ndarray, end: np.ndarray, colour: str) 
 
 
 def _space_arc(axes: Axes3D, arc: np.ndarray, colour: str, name: str) -> None:
-    """An arc in space with an arrowhead, and its name beside its middle."""
+    """Draw an arc in space with an arrowhead, and its name at its middle."""
     axes.plot(*arc.T, color=colour, linewidth=2.5)
     axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=colour, arrow_length_ratio=1.0, linewidth=2.5)
     axes.text(*(1.16 * arc[len(arc) // 2]), name, color=colour, ha="center", va="center", weight="bold")
@@ -259,7 +259,7 @@ def _space_arc(axes: Axes3D, arc: np.ndarray, colour: str, name: str) -> None:
 def _point(
     axes: Axes, point: np.ndarray, name: str, directions: Iterable[np.ndarray], colour: str, style: Any = "full"
 ) -> None:
-    """A point, and its coordinates as dotted lines to the axes."""
+    """Draw a point, and its coordinates as dotted lines to the axes."""
     axes.plot(*point, "o", color=POINT, fillstyle=style)
     axes.text(point[0] + 0.07, point[1] + 0.05, name, color=POINT)
     for direction in directions:
@@ -267,7 +267,7 @@ def _point(
 
 
 def _outline(geometry: Any) -> np.ndarray:
-    """The points of a part, shape (n, 2): of a box, of a circle or an arc, or as given."""
+    """Return the points of a part, shape (n, 2): of a box, of a circle or an arc, or as given."""
     if "box" in geometry:
         x, y, half_width, half_height = geometry["box"]
         return BOX * [half_width, half_height] + [x, y]
@@ -288,7 +288,7 @@ def _part(
     text: str,
     shift: tuple[float, float] = (0, 0),
 ) -> None:
-    """Draw a part in the colour of its role, and its text where that kind of part has it."""
+    """Draw a part in the colour of its role, with its text at the place for its kind."""
     colour, place = plot.COLOUR[role], points[-1]
     if kind == "body":
         axes.fill(*points.T, facecolor=colour, edgecolor=colour, alpha=0.25)

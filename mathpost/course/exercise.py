@@ -1,4 +1,4 @@
-"""What the learner calls in an exercise: check an answer, open the solution, see the progress.
+"""The functions that a learner calls: check an answer, open the solution, see the progress.
 
 In a lesson an exercise is a question, a cell ``answer = None``, a cell ``exercise.check("07-pivot", answer)`` and a
 cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. The saved notebook is the record:
@@ -56,13 +56,13 @@ _numbers = {"of": ""}  # the student whose numbers are used in this session
 
 
 def student(name: str) -> None:
-    """Use the numbers drawn for this student from here on, in the exercises that draw any."""
+    """Use the numbers drawn for this student from now on, in the exercises that draw any."""
     _numbers["of"] = str(name)
     print(f"The numbers of {name or 'the lesson'}.")
 
 
 def check(name: str, answer: Any) -> None:
-    """Say whether `answer` is right and, if not, which mix-up leads to it; None is not attempted.
+    """Say whether `answer` is right and, if not, which mix-up leads to it; None means not attempted.
 
     No answer raises an error. An unknown name does (`InputError`), and so does a missing data file.
 
@@ -90,7 +90,7 @@ def judge(name: str, answer: Any) -> Verdict:
 def solution(name: str, *, update: bool = False) -> None:
     """Show the hint and the solution, its code and its result, both closed until they are clicked.
 
-    The summary says so if no attempt was checked yet; `update` rewrites a summary that is already shown. Outside a
+    The summary says whether an attempt was checked; `update` rewrites a summary that is already shown. Outside a
     notebook the solution is printed.
     """
     from IPython import display, get_ipython
@@ -107,7 +107,7 @@ def solution(name: str, *, update: bool = False) -> None:
 
 
 def given(name: str) -> Any:
-    """Return what the question hands out, such as a program with an error in it."""
+    """Return the material of the question, such as a program with an error in it."""
     found = _named(name)
     if found.given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
@@ -115,7 +115,7 @@ def given(name: str) -> Any:
 
 
 def reveal(guess: Any, truth: Any, *, within: float | None = None, modulo: float | None = None) -> None:
-    """Print the truth after a guess, and whether the guess is right; without a guess, nothing of the truth.
+    """Print the truth after a guess, and whether the guess is right; without a guess, do not reveal it.
 
     A correctly rounded number is right, or one as near as `within`, which the question states; `modulo` 360 takes
     -180 and 180 as the same. Spaces and letter case of a word do not matter.
@@ -153,9 +153,9 @@ def reveal(guess: Any, truth: Any, *, within: float | None = None, modulo: float
 
 @contextmanager
 def after(guess: Any) -> Iterator[None]:
-    """Run the lines below and show what they print and draw only after a guess; without one, nothing of it.
+    """Run the lines below, but show their output only after a guess.
 
-    So a lesson that is run as a whole, exported or handed out does not hold the answer before the question.
+    So a lesson that is run as a whole, exported or handed out does not contain the answer before the guess.
 
     Examples
     --------
@@ -175,21 +175,21 @@ def _given(guess: Any) -> bool:
 
 
 def saved(path: Path | str) -> list[Verdict]:
-    """Return the verdicts on all answers in a saved notebook, each judged anew; see `judged`."""
+    """Return the verdicts on all answers in a saved notebook, each judged again; see `judged`."""
     return judged(notebook(path)["cells"], path)
 
 
 def judged(cells: Iterable[dict[str, Any]], where: Path | str) -> list[Verdict]:
-    """Judge the answers in the cells of a notebook anew and return the verdicts; errors name `where`."""
+    """Judge the answers in the cells of a notebook again and return the verdicts; errors name `where`."""
     return [judged_anew(each) for each in stored(cells, where)]
 
 
 @dataclass(frozen=True)
 class Stored:
-    """An answer as a notebook holds it."""
+    """An answer as stored in a notebook."""
 
     name: str  # of the exercise
-    said: str  # the status that the notebook gives it
+    said: str  # its status in the notebook
     answer: str  # JSON
     student: str  # whose drawn numbers it is for; "" for those of the lesson
 
@@ -211,9 +211,9 @@ def stored(cells: Iterable[dict[str, Any]], where: Path | str) -> list[Stored]:
 
 
 def judged_anew(found: Stored) -> Verdict:
-    """Return the verdict on a `Stored` answer, `edited` if the notebook says something else.
+    """Return the verdict on a `Stored` answer, `edited` if the notebook has a different one.
 
-    For an exercise that is not defined here, it is what the notebook says.
+    For an exercise that is not defined here, it is the one in the notebook.
     """
     if found.name not in EXERCISES:
         answer = json.loads(found.answer)
@@ -223,7 +223,7 @@ def judged_anew(found: Stored) -> Verdict:
 
 
 def answered(folder: Path | str = ".") -> dict[str, Verdict]:
-    """Return the verdicts, judged anew, on the lessons saved in a folder: a dict by exercise."""
+    """Return the verdicts, judged again, on the lessons saved in a folder: a dict by exercise."""
     paths = sorted(Path(folder).glob(LESSONS))
     if not paths:
         raise InputError(str(folder), "lessons such as 01_rotating_a_point.ipynb", "none")

@@ -1,4 +1,4 @@
-"""Whether the packages that are installed are those that the course asks for."""
+"""A check that the installed packages are those that the course requires."""
 
 from importlib import metadata
 from pathlib import Path
@@ -7,7 +7,7 @@ from packaging.requirements import Requirement
 
 
 def check(pins: Path | str = "../environment.txt") -> None:
-    """Print each package whose version is not the one asked for by `pins`, or without that file by the package."""
+    """Print each package whose version is not that required by `pins`, or without that file by the package."""
     path = Path(pins)
     asked = path.read_text(encoding="utf-8").splitlines() if path.exists() else metadata.requires("mathpost")
     wrong = []

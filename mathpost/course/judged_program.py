@@ -1,4 +1,4 @@
-"""How the program of a learner is judged: its own text, read back, against the CL data that it was made for."""
+"""The verdict on a learner's program: its own text, read back, against the CL data that it was made for."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from mathpost.post.time_law import block_times
 if TYPE_CHECKING:
     from mathpost.controls.blocks import Blocks
 
-TIP, AXIS = 0.01, 0.1  # mm and degrees that are granted
+TIP, AXIS = 0.01, 0.1  # tolerances, mm and degrees
 LIFTED = 1.0  # mm above the path: not in cut
-NEAR_POLE = np.radians(5.0)  # where a lift may leave out what lies between two records
-SLOWER = 1.1  # by which factor a block may take longer than feed and rates ask for
+NEAR_POLE = np.radians(5.0)  # within which a lift may leave out the path between two records
+SLOWER = 1.1  # factor by which a block may take longer than feed and rates require
 SAME_FEED = 0.5  # mm/min
 
 
@@ -42,7 +42,7 @@ class Program(Kind):
 
 
 def unproved(text: str, kin: Kinematics, path: CLData) -> str:
-    """Say what is wrong with a program, or nothing: travel, records in order, what lies between, feeds, times."""
+    """Say what is wrong with a program, or nothing: travel, records in order, moves between them, feeds, times."""
     blocks = read(text, kin.machine, name="your program")
     joints = joints_of(kin, blocks)
     if out := [words for each in joints for words in kin.machine.out_of_travel(each)]:
@@ -79,7 +79,7 @@ def lifted_away(kin: Kinematics, path: CLData, moves: Between) -> str:
 def wrong_feed(
     kin: Kinematics, path: CLData, joints: np.ndarray, blocks: Blocks, first: int, moves: Between
 ) -> str:
-    """Say which block in cut has neither the feed of the path nor the time that this and the rates ask for."""
+    """Say which block in cut has neither the feed of the path nor the time that this and the rates require."""
     feeds = np.full(len(joints) - 1, np.nan)
     feeds[first : first + len(moves.record)] = path.feeds[moves.record]
     tips = kin.forward(joints)[0]

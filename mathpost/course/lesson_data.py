@@ -32,33 +32,33 @@ def data(path: str) -> Path:
 
 @cache
 def load(name: str) -> Kinematics:
-    """The kinematics of a machine of the course, by its file name."""
+    """Return the kinematics of a machine of the course, by its file name."""
     return Kinematics(machine.load(data(f"machines/{name}.toml")))
 
 
 @cache
 def blade() -> CLData:
-    """Table 1 of source 002."""
+    """Return the CL data of table 1 of source 002."""
     return cl.read(data("cl/blade.cl"))
 
 
 def ellipse(turn: np.ndarray) -> np.ndarray:
-    """Lessons 13 and 13b: C turns once, A tilts to 60° and back, X and Y run on an ellipse; mm and radians."""
+    """Return the joints of lessons 13 and 13b: C turns once, A tilts to 60° and back, X and Y follow an ellipse."""
     tilt = np.radians(35 - 25 * np.cos(turn))
     return np.column_stack([80 * np.cos(turn), 60 * np.sin(turn), np.full_like(turn, 20), tilt, turn])
 
 
 def with_travel(kin: Kinematics, low: float, high: float) -> Kinematics:
-    """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
+    """Return the kinematics of the machine with other limits, in degrees, of its first rotary axis."""
     return with_axis(kin, limits=(np.radians(low), np.radians(high)))
 
 
 def with_axis(kin: Kinematics, **how: Any) -> Kinematics:
-    """The kinematics of the same machine with a different tilting axis, its first rotary one."""
+    """Return the kinematics of the machine with a different tilting axis, its first rotary one."""
     first, second = kin.machine.rotary
     return Kinematics(replace(kin.machine, rotary=(replace(first, **how), second)))
 
 
 def largest_swing(kin: Kinematics) -> float:
-    """How far C turns at most from one record of the blade to the next, degrees."""
+    """Return how far C turns at most from one record of the blade to the next, degrees."""
     return np.abs(np.degrees(np.diff(selection.choose(kin, blade()).joints[:, 4]))).max()

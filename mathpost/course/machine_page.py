@@ -1,7 +1,7 @@
 """A machine as one standalone page: it moves, and says in words what each axis does.
 
 A wrong sign of an axis is the first error that every shop makes. The words are computed from the chain; somebody in
-front of the machine compares them with what it does.
+front of the machine compares them with its motion.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ p, table { font-size: 14px }</style>"""
 
 
 def words(kin: Kinematics) -> dict[str, str]:
-    """Return what the positive direction of each joint does, a dict of sentences such as "X+ moves the tool up.".
+    """Return the effect of each joint's positive direction, a dict of sentences such as "X+ moves the tool up.".
 
     Seen from in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
     """
@@ -112,7 +112,7 @@ def _ways(direction: np.ndarray) -> str:
 
 
 def _seen(rotary: Rotary, turn: np.ndarray, tool_axis: np.ndarray) -> str:
-    """What one sees of a table or a head that turns right-handed about `turn`."""
+    """Describe the motion of a table or a head that turns right-handed about `turn`."""
     if rotary.carries == "workpiece":
         sides = zip(("front", "right side"), turn, strict=False)
         seen = [f"its {side} {'sinks' if along > 0 else 'rises'}" for side, along in sides if abs(along) > LEAST]
@@ -125,7 +125,7 @@ def _seen(rotary: Rotary, turn: np.ndarray, tool_axis: np.ndarray) -> str:
 
 
 def _iso(rotary: Rotary, turn: np.ndarray) -> str:
-    """Whether the sign is that of ISO 841: A, B, C turn the tool right-handed about +X, +Y, +Z of the workpiece."""
+    """Say whether the sign is ISO 841's: A, B, C turn the tool right-handed about +X, +Y, +Z of the workpiece."""
     if rotary.name[0] not in "ABC":
         return "ISO 841 gives it no sign"
     along = turn["ABC".index(rotary.name[0])] * (-1 if rotary.carries == "workpiece" else 1)

@@ -1,4 +1,4 @@
-"""What a learner typed, as plain numbers and words: NC words, units, brackets and signs of every usual form."""
+"""A learner's input as plain numbers and words: NC words, units, brackets and signs of every usual form."""
 
 import re
 import unicodedata
@@ -10,7 +10,7 @@ import numpy as np
 
 from mathpost.errors import InputError
 
-UNITS = {  # spellings of a unit, as a pattern; the units it is mixed up with, and how many of those make one of it
+UNITS = {  # spellings of a unit, as a pattern; units it is mixed up with, and how many of them make one of it
     "degrees": ("°|degrees?|deg|度", {"radians": np.deg2rad(1), "arcseconds": 3600.0}),
     "radians": ("radians?|rad|弧度", {"degrees": np.rad2deg(1)}),
     "mm": ("mm|毫米", {"µm": 1e3, "inches": 1 / 25.4}),
@@ -28,8 +28,8 @@ COUNTED = ("no", "one", "two", "three", "four", "five", "six")
 def numbers(answer: Any, asked: str, unit: str = "", orders: Sequence[Sequence[str]] = ()) -> np.ndarray:
     """Return an answer as an array of finite floats.
 
-    Each of `orders` is a tuple of names: numbers that all carry names of one of them come in its order, whatever
-    the order they were typed in. `asked` says in an `InputError` what was expected.
+    Each of `orders` is a tuple of names: numbers that all carry names of one of them are returned in its order,
+    however they were typed. `asked` is the expectation in an `InputError`.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def numbers(answer: Any, asked: str, unit: str = "", orders: Sequence[Sequence[s
 
 
 def _of_text(text: str, asked: str, unit: str, orders: Sequence[Sequence[str]]) -> float | list[float]:
-    """The numbers of a text, one or a list."""
+    """Return the number in a text, or a list of several."""
     bare = re.sub(r"[\[\](){}]", " ", _plain(text).replace("′", "'"))
     spelled = UNITS.get(unit, (re.escape(_plain(unit or "°")),))[0]
     bare = re.sub(rf"(?<=[\d.])\s*(?:°|(?:{spelled})(?!\w))", " ", bare, flags=re.IGNORECASE)
@@ -82,13 +82,13 @@ def _of_text(text: str, asked: str, unit: str, orders: Sequence[Sequence[str]]) 
 
 
 def _past_marks(text: str, place: int) -> int:
-    """Where the next word begins."""
+    """Return where the next word begins."""
     found = BETWEEN.match(text, place)
     return found.end() if found else place
 
 
 def _by_name(answer: dict, asked: str, orders: Sequence[Sequence[str]], written: Any) -> list[float]:
-    """The values of a dict in the order of the names that it has; an error shows the answer as `written`."""
+    """Return the values of a dict in the order of its names in `orders`; an error shows the answer as `written`."""
     plain = {_plain(name).rstrip("'").casefold(): value for name, value in answer.items()}
     for order in orders:
         names = [_plain(name).casefold() for name in order]
@@ -98,25 +98,25 @@ def _by_name(answer: dict, asked: str, orders: Sequence[Sequence[str]], written:
 
 
 def counted(size: int) -> str:
-    """How many numbers, in words."""
+    """Return a count of numbers in words."""
     return f"{COUNTED[size] if size < len(COUNTED) else size} number{'' if size == 1 else 's'}"
 
 
 def bare(name: object) -> str:
-    """A name without what does not matter: case, spaces, quotes, primes, brackets, degree signs."""
+    """Return a name without case, spaces, quotes, primes, brackets and degree signs, which do not matter."""
     text = f"{name:g}" if isinstance(name, float) else str(name)
     return re.sub(r"[\s'\"`´‘’“”′()\[\].,;_°]", "", _plain(text)).casefold()
 
 
 def _plain(text: object) -> str:
-    """A text with every kind of minus, small digit and wide letter written in the plain way."""
+    """Return a text with every kind of minus, small digit and wide letter in its plain form."""
     return unicodedata.normalize("NFKC", str(text)).replace("−", "-")
 
 
 def brief(answer: Any) -> str:
-    """An answer as it was typed, shortened."""
+    """Return an answer as it was typed, shortened."""
     try:
         text = repr(answer)
-    except Exception:  # somebody's own class
+    except Exception:  # a class of the learner's
         text = f"a {type(answer).__name__}"
     return text if len(text) <= 60 else text[:57] + "..."

@@ -1,6 +1,6 @@
 """One exercise: its solution, the mix-ups that lead to wrong answers, all computed, and the verdict on an answer.
 
-The exercises of the lessons are in `mathpost.course.exercises.rotation` and its neighbours, their words in
+The exercises of the lessons are in `mathpost.course.exercises.rotation` and its neighbours, their texts in
 `exercises.toml`. Learners, and teachers who write exercises, use them through `mathpost.course.exercise`.
 """
 
@@ -39,10 +39,10 @@ class Verdict:
     name: str  # of the exercise
     status: str  # OPEN, WRONG or RIGHT
     why: str = ""
-    answer: Any = None  # as in JSON; if it could not be read, a dict that says what was found instead
+    answer: Any = None  # as in JSON; if it could not be read, a dict of what was found instead
     edited: bool = False  # whether the saved notebook gave a different verdict
     mixup: str = ""  # the sentence that names the mix-up, if one gives this answer
-    student: str = ""  # whose numbers it was judged by; "" for those of the lesson
+    student: str = ""  # whose numbers were used; "" for those of the lesson
 
     def __str__(self) -> str:
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
@@ -56,21 +56,21 @@ class Verdict:
 class Exercise:
     """An exercise, made by `define`. Its functions may name arguments of the solution, and are called with them."""
 
-    name: str  # one that no other exercise has
+    name: str  # unique
     kind: Kind  # of answer, from `mathpost.course.answers`, such as ``Angle(decimals=2)``
     solve: Solution  # its docstring says why the answer is right; its source is shown
     slips: dict[str, dict[str, Any]] = field(default_factory=dict)  # sentence → the other arguments of `slip`
-    hint: str = ""  # said if no mix-up gives the answer
+    hint: str = ""  # shown if no mix-up gives the answer
     complaint: Callable[..., str] | None = None  # if there are many solutions: what is wrong with an answer, or ""
-    detective: Callable[..., Explanation] | None = None  # of an answer that no slip gives
-    given: Callable | None = None  # what the question hands out, such as a program with an error in it
+    detective: Callable[..., Explanation] | None = None  # explains an answer that no slip gives
+    given: Callable | None = None  # the material of the question, such as a program with an error in it
     drawn: Callable[[random.Random], dict[str, Any]] | None = None  # arguments drawn for one student
     together: str = ""  # exercises with the same word here draw the same
-    student: str = ""  # for whom the numbers were drawn; "" for those of the lesson
+    student: str = ""  # whose numbers were drawn; "" for those of the lesson
 
     @cached_property
     def of(self) -> Callable[[str], Exercise]:
-        """The exercise with a student's own numbers, cached; itself if it draws none."""
+        """The exercise with a student's own numbers, cached; the exercise itself if it draws none."""
         return cache(lambda student: replace(self, student=student) if student and self.drawn else self)
 
     @cached_property
@@ -119,7 +119,7 @@ class Exercise:
 
     @cached_property
     def common(self) -> list[tuple[str, Any]]:
-        """The same for the mix-ups that are common to its kind of answer."""
+        """Pairs as in `mixed_up` for the mix-ups that are common to its kind of answer."""
         found = self.kind.mixups(self.solution)
         return [(sentence, value) for sentence, value in found if not self.kind.same(value, self.solution)]
 
@@ -130,7 +130,7 @@ class Exercise:
         statements = ast.parse("\n".join(lines)).body
         function = next(each for each in statements if isinstance(each, ast.FunctionDef))
         described, *rest = function.body
-        if isinstance(self.kind, Written):  # a function that the learner is to write: that alone
+        if isinstance(self.kind, Written):  # only the function that the learner is to write
             return textwrap.dedent("\n".join(lines[rest[0].lineno - 1 : rest[0].end_lineno]))
         head = lines[function.lineno - 1 : described.lineno - 1]
         body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]
@@ -180,7 +180,7 @@ class Exercise:
         return cache(lambda text: self.verdict(json.loads(text)))
 
     def _mixup(self, value: Any) -> str | None:
-        """None if the value is right, else the first mix-up: a slip, the detective's, or a common one; or ""."""
+        """Return None if the value is right, or its mix-up: a slip, the detective's, a common one, or ""."""
         if self.complaint:
             return self.with_arguments(self.complaint, value) or None
         if self.kind.same(value, self.solution):
@@ -203,7 +203,7 @@ class Exercise:
 def define(name: str, kind: Kind | type[Name | Names], **how: Any) -> Callable[[Solution], Solution]:
     """Make the decorated function the solution of a new `Exercise`; `how` are more of its attributes.
 
-    The exercises of the lessons have their words in `exercises.toml`; if these list choices, `kind` is a class.
+    The exercises of the lessons have their texts in `exercises.toml`; if these list choices, `kind` is a class.
 
     Running the cell again replaces the exercise; a name used by a different file or notebook is an `InputError`.
     In the question a drawn number is written ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
@@ -245,12 +245,12 @@ def define(name: str, kind: Kind | type[Name | Names], **how: Any) -> Callable[[
 
 @cache
 def toml(name: str) -> dict[str, Any]:
-    """A TOML file of this folder, parsed."""
+    """Return a TOML file of this folder, parsed."""
     return read_toml(Path(__file__).with_name(f"{name}.toml"))
 
 
 def slip(sentence: str, answer: Any = None, **changed: Any) -> Callable[[Solution], Solution]:
-    """Add a mix-up to the exercise: the sentence to say if it leads to the learner's answer.
+    """Add a mix-up to the exercise: the sentence to show if it leads to the learner's answer.
 
     `answer` is the wrong answer, or a function that computes it from arguments of the solution. Without it, the
     solution is called with the keywords `changed` and gives the wrong answer.

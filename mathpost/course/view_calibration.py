@@ -23,7 +23,7 @@ K = float(coverage_factor(np.inf))  # U = K u where the noise is known
 
 
 def datum_after_rotation(centre_a: Sequence[float], centre_b: Sequence[float], point: Sequence[float]) -> Live:
-    """Where A and B take a point of the part, for both stack orders, and for one common centre."""
+    """A point of the part moved by A and B, for both stack orders, and for one common centre."""
     tables = {order: work_offset.ab_table(centre_a, centre_b, order=order) for order in ("AB", "BA")}
     common = (centre_b[0], centre_a[1], centre_b[2])
     tables["AB, one centre"] = work_offset.ab_table(common, common, order="AB")
@@ -100,7 +100,7 @@ def _fit(
         noise += list(normal)
     slopes = sp.Matrix(slopes)
     normal = slopes.T * slopes
-    inverse = normal.adjugate() / normal.det()  # `inv` would first prove that there is one, for seconds
+    inverse = normal.adjugate() / normal.det()  # `inv` would spend seconds on proving that there is one
     found = sp.Matrix(errors) + sigma * inverse * (slopes.T * sp.Matrix(noise))
     return read, list(found), [sigma * sp.sqrt(entry) for entry in inverse.diagonal()]
 
@@ -166,7 +166,7 @@ def rtcp_zero() -> Live:
 def knot_choice(measured: Points) -> Live:
     """Splines through `spline.Points` with a slider for the number of knots: adaptive, and equally spaced."""
     order = spline.adaptive(measured, np.finfo(float).tiny).knots
-    closed = measured.period is not None  # then the last knot is the first
+    closed = measured.period is not None  # if so, the last knot is the first
     fewest, gaps = 2 + closed, len(measured.at) - 1 + closed
     possible = [count for count in range(fewest, len(measured.at) + 1) if gaps % (count - 1 + closed) == 0]
 

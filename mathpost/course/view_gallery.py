@@ -1,4 +1,4 @@
-"""Several machines side by side, of lessons 03b and 04: turned together, or running one ring."""
+"""Several machines side by side, for lessons 03b and 04: turned together, or following one ring."""
 
 from __future__ import annotations
 
@@ -49,21 +49,21 @@ def gallery(
 
 
 def ring(kinematics: Sequence[Kinematics], *, radius: float, height: float, lean: float) -> Live:
-    """Several machines that run one ring, tool leaning outwards, side by side: a slider for the place on it plays.
+    """Several machines side by side that follow one ring, tool leaning outwards; the slider of the place plays.
 
-    The ring is given in the workpiece: mm and degrees. Each machine has the first of its two positions, all along.
+    The ring is given in the workpiece: mm and degrees. Each machine stays on the first of its two branches.
     """
     place = sp.Symbol("place", real=True)
     tip = sp.Matrix([radius * sp.cos(place), radius * sp.sin(place), height])
     sine, cosine = np.sin(np.radians(lean)), np.cos(np.radians(lean))
 
     def start(kin: Kinematics) -> tuple[float, float]:
-        """The angles next to the workpiece and next to the tool at the first place, radians."""
+        """Return the angles next to the workpiece and next to the tool at the first place, radians."""
         joints = kin.inverse([radius, 0, height], [sine, 0, cosine])[0].round(12)
         return float(joints[kin.workpiece_side]), float(joints[kin.tool_side])
 
     def turns(kin: Kinematics) -> tuple[sp.Expr, sp.Expr]:
-        """The first grows with the place, the second is constant."""
+        """Return both angles: the first grows with the place, the second is constant."""
         beside_workpiece, beside_tool = start(kin)
         return place + beside_workpiece, beside_tool
 
@@ -83,10 +83,10 @@ def _side_by_side(
     start: Sequence[Any],
     tip: sp.Matrix | None = None,
 ) -> tuple[list[Scene], dict[str, sp.Matrix], list[TextLine]]:
-    """Scenes of machines, their bodies' places, and a text of slides and tool axis, for `formula`.
+    """Return scenes of machines, the places of their bodies, and lines of slides or tool axes, for `formula`.
 
     ``turns(kin)`` gives the angles of the axes next to the workpiece and next to the tool; `start` has both at the
-    start in degrees, for all machines or for each. The `tip` stays in place, or is given, in the workpiece.
+    start in degrees, for all machines or for each. The `tip` is given in the workpiece, or stays in place.
     """
     drawn = []
     text: list[TextLine] = []

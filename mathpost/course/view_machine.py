@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 CONE = np.radians(1.0)  # about the singular tool axes
 SAMPLES = 48  # of the tool in a part, between two blocks
-TOUCH = 0.01  # mm; less is what a face made of triangles takes from a round one, here and in paths.js
+TOUCH = 0.01  # mm; less is the error of triangles for a round face, here and in paths.js
 IN_THE_PART = "#c0002a"
 BRANCHES = ("first branch", "second branch")
 
 
 def machine(kin: Kinematics) -> Live:
-    """A machine with a slider for each joint, mm and degrees; out of travel is reported, not forbidden.
+    """A machine with a slider for each joint, mm and degrees; leaving travel is reported, not prevented.
 
     Buttons, with the tip kept in place: the pole, the limits of the tilting axis, the other solution.
     """
@@ -93,7 +93,7 @@ def walk(
     different machine, is shown beside the first. The slider begins at the record `start`.
 
     A `mathpost.draw.part.Part` is drawn on the first machine, and the view says how deep the tool is in it.
-    Then the path of the tip is drawn as far as it was walked, red where the tool is in the part.
+    Then the path of the tip is drawn up to the present record, red where the tool is in the part.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
@@ -105,7 +105,7 @@ def walk(
         solid = None if scenes else part
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "", part=solid)
         here = np.array([np.interp(start - 1, ends, column) for column in blocks.T])
-        if solid is not None:  # as near as it can be seen on its whole way
+        if solid is not None:  # as close as keeps its whole way in sight
             rings = np.concatenate(solid.rings)
             drawn.extent = np.concatenate([put(placing(each.machine)(q)["workpiece"], rings) for q in blocks])
         _, drawn = scene.best(each, drawn, here[None], aspect=0.9)
@@ -135,7 +135,7 @@ def walk(
 
 
 def _about(kin: Kinematics) -> dict[str, Any]:
-    """What the browser needs to know of a machine in addition to its printed functions."""
+    """Return the data of a machine that the browser needs besides its printed functions."""
     derived, limits = kin.inverse_symbolic, (kin.machine.limits * kin.machine.units[:, None]).round(9).tolist()
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
     about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
@@ -147,7 +147,7 @@ def _about(kin: Kinematics) -> dict[str, Any]:
 
 
 def _joint_sliders(kin: Kinematics, made: Arrangement, start: np.ndarray) -> list[Slider]:
-    """Sliders wide enough for every pose with the tip over the workpiece; rotary joints in degrees."""
+    """Return sliders wide enough for every pose with the tip over the workpiece; rotary joints in degrees."""
     limits = np.degrees(kin.machine.limits[3:])
     limits = np.where(np.isfinite(limits), limits, 0.0).clip(-360, 360)
     low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
@@ -161,7 +161,7 @@ def _joint_sliders(kin: Kinematics, made: Arrangement, start: np.ndarray) -> lis
 
 
 def _sphere(kin: Kinematics, axis: np.ndarray) -> Scene:
-    """The tool axis on the unit sphere, the singular cones and the edge of reach."""
+    """Return the scene of the tool axis on the unit sphere, the singular cones and the edge of reach."""
     turn = np.linspace(-np.pi / 2, np.pi / 2, 19)
     ball = Turned("bed", "#eef1f4", list(zip(np.cos(turn), np.sin(turn), strict=True)), np.zeros(3), np.eye(3)[2])
     drawn = Scene([ball], extent=1.25 * np.concatenate([np.eye(3), -np.eye(3)]))
@@ -201,14 +201,14 @@ def _list(values: Iterable[float], digits: int) -> str:
 
 
 def _words(kin: Kinematics, joints: np.ndarray) -> str:
-    """Joints as NC words, and what is out of travel."""
+    """Return joints as NC words, and a sentence for each that is out of travel."""
     pairs = zip(kin.machine.joint_names, joints * kin.machine.units, strict=True)
     words = " ".join(f"{name}{value:z.3f}" for name, value in pairs)
     return "; ".join([words, *kin.machine.out_of_travel(joints)])
 
 
 def pose_text(kin: Kinematics, joints: np.ndarray) -> str:
-    """A pose as a view reports it: NC words, tip, tool axis, distance from singular."""
+    """Return a pose as a view reports it: NC words, tip, tool axis, distance from singular."""
     tip, axis = kin.forward(joints)
     said = f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}"
     return said if kin.tool_side is None else f"{said}, {np.degrees(distance(kin, axis)):.2f}° from singular"

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mathpost.path.cl import CLData
     from mathpost.post.ways import Crossing
 
-KEPT = np.radians(0.05)  # from the pole, where the branch may change with the tool axis kept
+KEPT = np.radians(0.05)  # from the pole, within which the branch may change while the tool axis stays
 TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)
 RADIUS = 100.0  # of the globe
 # A tool axis that tilts in a plane at a distance from the pole Z, and its longitude.
@@ -36,7 +36,7 @@ LONGITUDE = sp.atan2(AXIS[1], AXIS[0])
 def both_angles(kin: Kinematics) -> Live:
     """One tool axis seen from the side and along the axis next to the workpiece, which is Z; a slider for each.
 
-    The side view shows what the tool-side angle alone decides, the other what the workpiece-side angle does.
+    The side view shows the effect of the tool-side angle alone, the other that of the workpiece-side angle.
     """
     tool_side, workpiece_side, n = (
         kin.inverse_symbolic.tool_side,
@@ -103,7 +103,7 @@ def past_the_pole(kin: Kinematics) -> Live:
 
 
 def travel_limit(kin: Kinematics, cl: CLData, records: Sequence[int], high: int) -> Live:
-    """What each strategy chooses if the tilting axis, the first one, has a lower limit set by a slider.
+    """The choice of each strategy if the tilting axis, the first one, has a lower limit set by a slider.
 
     Between records the tool axis may sway, except in "kept", the best way that keeps it. `high` is the other limit,
     degrees.
@@ -144,7 +144,7 @@ def travel_limit(kin: Kinematics, cl: CLData, records: Sequence[int], high: int)
 
 
 def _stairs(x: Sequence[float], y: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a line that jumps half-way between neighbours, where it was computed at whole numbers only."""
+    """Return the points of a line that jumps half-way between the whole numbers where it was computed."""
     edges = (np.add(x[1:], x[:-1]) / 2).repeat(2)
     return np.r_[x[0], edges, x[-1]], np.repeat(y, 2)
 

@@ -37,7 +37,7 @@ STEPS = ("start", "turn I", "turn J", "turn K")
 
 
 def turned_point(point: Sequence[float]) -> Live:
-    """A point in the initial frame and in one turned by ZXZ angles: sliders alpha, beta, gamma in degrees."""
+    """A point in the initial frame and in a frame turned by ZXZ angles: sliders alpha, beta, gamma in degrees."""
     symbols, size = sp.symbols("alpha beta gamma", real=True), 0.75 * float(np.linalg.norm(point))
     turned = zxz_right(*symbols)
     x, y, z = new = turned * sp.Matrix(point)
@@ -57,7 +57,7 @@ def turned_point(point: Sequence[float]) -> Live:
 
 
 def _frames_and_point(point: Sequence[float], size: float, extent: np.ndarray) -> Scene:
-    """A point, the frame that stays, and the frame that turns."""
+    """Return the scene of a point, a fixed frame, and a frame that turns."""
     scene = Scene(extent=extent)
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
     scene.triad("turned", _NAMES[3:], length=size, colour=_WORKPIECE, width=3)
@@ -67,9 +67,9 @@ def _frames_and_point(point: Sequence[float], size: float, extent: np.ndarray) -
 
 
 def turns(point: Sequence[float], angles: Sequence[float]) -> Live:
-    """A fixed point and a frame that makes three turns one after the other: a slider from 0 to 3 that plays.
+    """A fixed point and a frame that makes three turns in sequence: a slider from 0 to 3 that plays.
 
-    The angles are those of ZXZ in degrees; the axis of the current turn is dashed. At the start two are made.
+    The angles are those of ZXZ in degrees; the axis of the current turn is dashed. It starts after two turns.
     """
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
@@ -79,7 +79,7 @@ def turns(point: Sequence[float], angles: Sequence[float]) -> Live:
     v = size * about_z * F[:, 2] + size * second * F[:, 0]
     axes = np.concatenate([np.eye(3), np.array(F.subs(s, 2).evalf(), dtype=float).T])
     scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
-    thick = [0.62 * size, 0.42 * size, 0.1 * size]  # a plate that is carried by the turning frame
+    thick = [0.62 * size, 0.42 * size, 0.1 * size]  # a plate carried by the turning frame
     scene.solids.append(Hull("turned", _PART, block([0.0, 0.0, 0.0], thick)))
     scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-1.2 * v, 1.2 * v]))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
@@ -136,9 +136,9 @@ def notations(angles: Sequence[float] = (40.0, 50.0, 30.0)) -> Live:
 def cut_corner(frame: Frame, final: Sequence[float]) -> Live:
     """A cube with its zero in the middle of the top face and the corner (+, +, top) cut off, and a frame there.
 
-    The hole is where the drawing asks for it, the drill is on the frame that turns. Sliders I, J, K (ZXZ) turn a
-    frame at the origin of `frame`, the frame of the face. They start at the `final` angles, degrees; buttons go
-    there turn by turn.
+    The hole is where the drawing has it, the drill is on the frame that turns. Sliders I, J, K (ZXZ) turn a frame
+    at the origin of `frame`, the frame of the face. They start at the `final` angles, degrees; buttons go there
+    turn by turn.
     """
     side, cut, symbols = 60.0, 45.0, sp.symbols("I J K", real=True)
     half = side / 2
@@ -181,11 +181,11 @@ def third_angle(
     retract: float = 1.0,
     run_out: float = 0.02,
 ) -> Live:
-    """What the third angle, slider K, does to a boring bar and a probe, seen along Z of a tilted plane.
+    """The effect of the third angle, slider K, on a boring bar and a probe, seen along Z of a tilted plane.
 
     The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
     feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
-    feature's. Both are right only if the spindle's X is the feature's. Buttons take the one or the other position
+    feature's. Both are right only if the spindle's X is the feature's. Buttons choose between the two positions
     of the rotary axes; it starts with that of `seq`. Lengths in mm, angles in degrees.
     """
     alignment = align(Plane("G68.2", np.array([i, j, 0.0])).frame, machine)
@@ -232,7 +232,7 @@ def third_angle(
 
 
 def misreadings_apart(point: Sequence[float], names: Sequence[str]) -> Live:
-    """How far common misreadings take a point from the right place: sliders for the three Euler angles.
+    """The distances by which common misreadings displace a point: sliders for the three Euler angles.
 
     `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. Where a bar vanishes, the
     angles cannot reveal that misreading.

@@ -1,8 +1,8 @@
-"""What an exercise may ask for: a number, an angle, a vector, a pose, a name.
+"""The kinds of answer to an exercise: a number, an angle, a vector, a pose, a name.
 
-A kind of answer turns what the learner typed into plain data (numbers, text, lists of them, as in JSON), says when
-two answers are the same, and knows the mix-ups that all answers of its kind share. It executes nothing, so a stored
-answer can be read again safely.
+A kind of answer turns the learner's input into plain data (numbers, text, lists of them, as in JSON), decides
+whether two answers are the same, and knows the mix-ups that all answers of its kind share. It executes nothing, so
+a stored answer can be read again safely.
 """
 
 from mathpost.course.answers.function import Written as Written

@@ -1,4 +1,4 @@
-"""A function as an answer, judged by what it returns."""
+"""A function as an answer, judged by its results."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from mathpost.errors import InputError
 
 @dataclass(frozen=True)
 class Written(Kind[Numbers]):
-    """A function that the learner wrote. It is judged, and stored, by what it returns at inputs drawn at random.
+    """A function that the learner wrote, judged and stored by its results at inputs drawn at random.
 
     Examples
     --------
@@ -38,7 +38,7 @@ class Written(Kind[Numbers]):
         if callable(answer):
             try:
                 answer = [np.asarray(answer(*inputs), dtype=float).tolist() for inputs in self.inputs]
-            except Exception as error:  # somebody's own function may raise anything
+            except Exception as error:  # a learner's function may raise anything
                 found = f"one that raises {type(error).__name__}: {error}"
                 raise InputError("answer", self.asked, found[:120]) from None
         array = np.array(answer, dtype=float)

@@ -1,4 +1,4 @@
-"""What all kinds of answer have in common."""
+"""The base class of all kinds of answer."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -6,17 +6,17 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-Data = TypeVar("Data")  # what a kind makes of an answer
+Data = TypeVar("Data")  # an answer as a kind reads it
 Numbers = float | list | np.ndarray  # a number, or lists of them
 
 
 class Kind(ABC, Generic[Data]):
-    """What all kinds have in common."""
+    """A kind of answer: reading, comparing, showing, and the mix-ups that all answers share."""
 
     @property
     @abstractmethod
     def asked(self) -> str:
-        """What to answer with, in words."""
+        """The answer asked for, in words."""
 
     @abstractmethod
     def read(self, answer: Any) -> Data:
@@ -24,14 +24,14 @@ class Kind(ABC, Generic[Data]):
 
     @abstractmethod
     def show(self, value: Data) -> str:
-        """Write a solution as one could type it."""
+        """Return a solution as text that could be typed."""
 
     def same(self, value: Data, target: Data) -> bool:
-        """Whether two data are the same answer."""
+        """Return whether two data are the same answer."""
         return value == target
 
     def coarse(self, value: Data, target: Data) -> bool:
-        """Whether they agree to the digits that the value has, but those are too few."""
+        """Return whether they agree to the digits of the value, but these are too few."""
         return False
 
     def mixups(self, target: Data) -> Iterable[tuple[str, Data]]:
@@ -43,5 +43,5 @@ class Kind(ABC, Generic[Data]):
         return ""
 
     def remark(self, value: Data, target: Data) -> str:
-        """Say under which different but usual reading the answer is right; empty if there is none."""
+        """Say under which different but usual reading the answer is right, or return an empty text."""
         return ""

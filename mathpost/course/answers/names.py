@@ -15,9 +15,9 @@ from mathpost.errors import InputError
 
 @dataclass(frozen=True)
 class _Listed(Kind[Data]):
-    """Of several names."""
+    """An answer made of given names."""
 
-    choices: str | Mapping[str, Sequence[str]]  # in one string, or each with its synonyms, such as the Chinese
+    choices: str | Mapping[str, Sequence[str]]  # in one string, or each with its synonyms, such as Chinese ones
 
     @property
     def known(self) -> dict[str, str]:
@@ -33,12 +33,12 @@ class _Listed(Kind[Data]):
 
     @property
     def shown(self) -> str:
-        """The names in words, of many the first three."""
+        """The names in words; if there are many, the first three."""
         names = self.listed
         return f"of {', '.join(names)}" if len(names) <= 12 else f"such as {', '.join(names[:3])}"
 
     def one(self, answer: Any) -> str:
-        """Return the one name that an answer holds."""
+        """Return the one name in an answer."""
         if isinstance(answer, (list, tuple)) and len(answer) == 1:
             (answer,) = answer
         letters = re.sub(r"\bthen\b|[\W\d_]", " ", str(answer)).split()
@@ -57,7 +57,7 @@ class _Listed(Kind[Data]):
 
 @dataclass(frozen=True)
 class Name(_Listed[str]):
-    """One of several names; case, spaces, quotes, primes, brackets and what joins letters do not matter.
+    """One of several names; case, spaces, quotes, primes, brackets and marks between letters do not matter.
 
     Examples
     --------

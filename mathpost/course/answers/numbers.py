@@ -63,7 +63,7 @@ class Number(Kind[Numbers]):
         return array.ravel().tolist() if names else array.item()  # a row or a column matrix will do
 
     def near(self, value: Numbers, target: Numbers) -> np.ndarray:
-        """Which of the numbers are right, one by one."""
+        """Return which of the numbers are right."""
         apart = np.ravel(np.subtract(value, target))
         return np.abs(apart if np.isinf(self.period) else wrap(apart, self.period)) <= self.bound
 
@@ -79,7 +79,7 @@ class Number(Kind[Numbers]):
         target, names = np.asarray(target), self.names.split()
         yield "Right size, wrong sign: which body turns, and which way do you look at it?", -target
         for unit, factor in UNITS.get(self.unit, ("", {}))[1].items():
-            if np.abs(factor * target).max() < self.period:  # further round, it would be the same as anything
+            if np.abs(factor * target).max() < self.period:  # beyond the period it could equal any answer
                 yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
         for number, name in enumerate(names):
             yield f"Only the sign of {name} is wrong.", np.where(np.arange(len(names)) == number, -1, 1) * target
@@ -90,7 +90,7 @@ class Number(Kind[Numbers]):
         if not names and target and np.isinf(self.period):
             factors.append(("That is one over the right number.", 1 / target))
         for sentence, wrong in factors:
-            if np.abs(wrong).max() >= 10 * self.bound:  # a single digit may come from anything
+            if np.abs(wrong).max() >= 10 * self.bound:  # a single digit can have any cause
                 yield sentence, wrong
 
     def nearly(self, value: Numbers, target: Numbers) -> str:

@@ -22,8 +22,8 @@ POSE_NAMES = [*map(str.split, ("I J K", "EULPR EULNU EULROT", "α β γ", "alpha
 class Pose(Number):
     """A frame: its matrix, its quaternion of either sign, or its three angles or their twin.
 
-    It is judged to the digits that were typed, at least one of angles. A quaternion is read as (w, x, y, z). If
-    only (x, y, z, w) fits, as in SciPy, that is right too, and said.
+    It is judged to the digits that were typed; angles need at least one. A quaternion is read as (w, x, y, z). If
+    only (x, y, z, w) fits, as in SciPy, it is right too, with a remark.
 
     Examples
     --------
@@ -93,14 +93,14 @@ class Pose(Number):
         return Vector(decimals=self.decimals if np.size(value) == 3 else 6).show(value)
 
     def _rounded(self, value: Numbers, target: Numbers, decimals: int) -> bool:
-        """Whether three angles are those of the target or its twin, each rounded to these decimals."""
+        """Return whether three angles are those of the target or its twin, each rounded to these decimals."""
         angles = euler.angles(self.sequence, self._matrix(target), degrees=True)
         names = [angles, euler.twin(self.sequence, angles, degrees=True)]
         bound = 0.5 * 10.0**-decimals * (1 + ROUNDING)
         return any(bool((np.abs(wrap(np.subtract(value, each))) <= bound).all()) for each in names)
 
     def _slack(self, value: Numbers) -> float:
-        """How far an entry of the matrix may be off, by the rounding of what was typed."""
+        """Return how far an entry of the matrix may be off because of the rounding of the answer."""
         if np.size(value) == 3:
             return 3 * np.radians(self.bound)
         shown = written_decimals(np.asarray(value)[:3])

@@ -16,7 +16,7 @@ from mathpost.post.between_blocks import linearize
 from mathpost.sources import yu_dan
 
 ROWS = (40, 50, 60, 70, 80)
-ROUNDED = 0.005 * (1 + 1e-6)  # degrees that the rounding of 07-lowest may take or give
+ROUNDED = 0.005 * (1 + 1e-6)  # degrees by which rounding may change 07-lowest
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 FEED = 800  # mm/min of the path of 07-alone
 
@@ -32,7 +32,7 @@ def pivot():
 
 
 def table(number: int) -> np.ndarray:
-    """The printed joints of a table of source 002, mm and degrees."""
+    """Return the printed joints of a table of source 002, mm and degrees."""
     return np.loadtxt(data(f"tables/yu_dan_table_{number}.csv"), delimiter=",", skiprows=2)[:, 1:]
 
 

@@ -65,7 +65,7 @@ POLES = ("at a record", "between records", "beside")
 
 @dataclass(frozen=True)
 class Task:
-    """What one learner is given; ``print(task)`` shows it."""
+    """The part and the machine of one learner; ``print(task)`` shows them."""
 
     machine: str  # the text of a machine file
     cl: str  # and of the CL data
@@ -86,7 +86,7 @@ class Task:
 
 @cache
 def task(seed: int) -> Task:
-    """The `Task` of a number. The lesson's own, 0: a trunnion whose path meets the pole at its sixth record."""
+    """Return the `Task` of a number. The lesson's own, 0, is a trunnion whose path meets the pole at record 6."""
     rng = random.Random(f"capstone {seed}")
     kind, pole, one_sided = rng.choice(list(KINDS)), rng.choice(POLES), rng.random() < 0.6
     if seed == 0:
@@ -113,7 +113,7 @@ def _machine(rng: random.Random, kind: str, one_sided: bool) -> str:
 
 
 def _path(rng: random.Random, pole: str) -> str:
-    """A part that the tool passes in a shallow arc, while it tilts in a plane past the pole."""
+    """Draw a path along a shallow arc, on which the tool tilts in a plane past the pole."""
     t = np.arange(RECORDS) - MIDDLE
     heading, radius, height = rng.uniform(0, 2 * np.pi), rng.uniform(25, 60), rng.uniform(5, 40)
     points = np.stack([4.0 * t, radius + t**2 / 4, height - t / 3], axis=1)
@@ -131,7 +131,7 @@ def _path(rng: random.Random, pole: str) -> str:
 
 
 def drawn(rng: random.Random) -> dict[str, int]:
-    """The number of a learner's part and machine."""
+    """Draw the number of a learner's part and machine."""
     return {"seed": rng.randrange(1, 10**6)}
 
 
@@ -139,7 +139,7 @@ OWN = {"drawn": drawn, "together": "07c"}
 
 
 def pose(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A tip and a tool axis within 60° of the pole."""
+    """Draw a tip and a tool axis within 60° of the pole."""
     lean, heading = np.radians(rng.uniform(5, 60)), rng.uniform(-np.pi, np.pi)
     axis = [np.sin(lean) * np.cos(heading), np.sin(lean) * np.sin(heading), np.cos(lean)]
     return rng.uniform(-80, 80, 3), np.array(axis)
@@ -149,7 +149,7 @@ INVERSE = Written("inverse(tip, axis), which returns two rows of five joints, mm
 
 
 def not_inverse(answer: Sequence, seed: int) -> str:
-    """Say which of the solutions makes a different pose, or that both are one."""
+    """Say which of the solutions gives a different pose, or that both are one."""
     kin = task(seed).kin
     found = np.array(answer)
     if found.shape[1:] != (2, 5):

@@ -69,7 +69,7 @@ def knots(tolerance=0.2):
 
 @cache
 def ripple_left(step: str, teeth: int = 30) -> float:
-    """The part of a ripple that the spline through targets `step` apart leaves, in its worst phase."""
+    """Return the share of a ripple that the spline through targets `step` apart leaves, in its worst phase."""
     at, fine = np.arange(0, 360, float(step)), np.arange(0, 360, 0.05)
     left = []
     for wave in (np.sin, np.cos):
@@ -134,7 +134,7 @@ def twins():
 
 @cache
 def worse_at(tilt: float) -> float:
-    """The tip error after one whole step at a tilt in degrees, divided by that before."""
+    """Return the tip error after one whole step at a tilt in degrees, divided by the error before it."""
     errors = read_errors(data("errors/bohez.toml"), machine.load(data("errors/bohez_machine.toml")))
     compensator = Compensator(errors)
     joints = np.array([40, -25, 30, np.radians(tilt), np.radians(70)])
@@ -163,7 +163,7 @@ def exact_inverse(errors=TWO_ERRORS):
 
 @cache
 def compensated_turn(tilt: float) -> tuple[np.ndarray, Compensated]:
-    """The trunnion with its errors, C turning once at X60 Y0 Z0: joints and their `Compensated`."""
+    """Turn C once at X60 Y0 Z0 on the trunnion with its errors; return joints and their `Compensated`."""
     joints = np.array([(60, 0, 0, np.radians(tilt), np.radians(c)) for c in range(360)])
     compensator = Compensator(read_errors(data("errors/ac_table.toml"), load("ac_table").machine))
     return joints, compensator.compensate(joints)
@@ -203,7 +203,7 @@ def worksheet_slip():
 
 @cache
 def wrong_post() -> tuple[tuple[float, float, float], tuple[float, float]]:
-    """A tool axis, and the A and C of a post whose C is counted from another place."""
+    """Return a tool axis, and the A and C of a post whose C is counted from a different zero."""
     axis = np.round(np.array([0.3, -0.2, 0.9]) / np.linalg.norm([0.3, -0.2, 0.9]), 6)
     a, c = load("ac_table").inverse([0, 0, 0], axis, degrees=True)[0, 3:] + [0, 90]
     return tuple(axis.tolist()), (round(float(a), 3), round(float(c), 3))

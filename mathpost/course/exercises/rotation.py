@@ -34,12 +34,12 @@ def Rx(t: float) -> np.ndarray:
 
 
 def Ry(t: float) -> np.ndarray:
-    """The same about Y."""
+    """The active matrix of a turn about Y, radians."""
     return np.array(ACTIVE["Y"](t), dtype=float)
 
 
 def Rz(t: float) -> np.ndarray:
-    """The same about Z."""
+    """The active matrix of a turn about Z, radians."""
     return np.array(ACTIVE["Z"](t), dtype=float)
 
 
@@ -58,7 +58,7 @@ def ijk(frame: np.ndarray) -> np.ndarray:
 
 
 def unit(vector: ArrayLike) -> np.ndarray:
-    """A vector made 1 long."""
+    """A vector scaled to length 1."""
     return np.array(vector) / np.linalg.norm(vector)
 
 

@@ -55,7 +55,7 @@ def reach(slant=50, turn=180):
 
 
 def two_positions(axis: Sequence[float]) -> str:
-    """Say why this tool axis is none at which the branches of the DMU 50V are one position."""
+    """Say why the branches of the DMU 50V are not one position at this tool axis."""
     first, second = load("dmu50v").inverse([0, 0, 0], axis, degrees=True)[:, 3]
     if np.isnan(first):
         return "This tool axis is out of reach: it points below the horizontal."
@@ -111,7 +111,7 @@ def back(strategy="shortest", backwards=True):
 
 
 def steps() -> list[list[list[int]]]:
-    """What moves cost from each candidate (row) of a record to each of the next (column), seconds."""
+    """Return the costs of moves from each candidate (row) of a record to each of the next (column), seconds."""
     return [[[2, 5], [4, 3]], [[6, 2], [1, 7]], [[1, 3], [5, 6]]]
 
 
@@ -232,7 +232,7 @@ def points(tolerance=0.03):
 
 
 def off(n: int) -> float:
-    """How far the tip strays at most with n points of the cubic between records 2 and 3 of the blade, mm."""
+    """Return how far the tip strays at most with n points of the cubic between records 2 and 3 of the blade, mm."""
     kin, joints = load("dmu50v"), selection.choose(load("dmu50v"), blade()).joints
     place, rows = yu_dan.smooth(kin, blade(), joints, (1, 2), n)
     return strays(kin, blade(), Motion.on_part(rows, place))[0].max()
