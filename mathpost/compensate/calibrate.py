@@ -218,12 +218,9 @@ def _calibration(problem: Problem, solution: Solution, bar: dict[str, Value]) ->
         each.where: (float(solution.sigmas[own.start]), free)
         for each, own, free in zip(problem.blocks, problem.rows, freedom, strict=False)
     }
-    assumed = {}
-    for name, index in names.items():
-        if name not in values:
-            assumed[name] = "not measured: as in the machine file"
-        elif not problem.determined(solution, name):
-            assumed[name] = further.reason(problem, name, coverage_factor(np.inf) * problem.prior[index])
+    assumed = {name: "not measured: as in the machine file" for name in names if name not in values}
+    left = [name for name in values if not problem.determined(solution, name)]
+    assumed |= further.reasons(problem, left, float(np.median(solution.sigmas)))
     return Calibration(problem.machine, values, tables, tuple(parts), assumed, noise, bar)
 
 

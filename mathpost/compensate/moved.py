@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 
 def unknowns(machine: Machine) -> list[str]:
     """Return the names of the geometry's unknowns, those first that are given up last."""
-    first, second = (rotary_axis.location_errors(each)[0] for each in machine.rotary)
+    errors = [rotary_axis.location_errors(each)[0] for each in machine.rotary]
     spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
-    return [*first[:2], *second[:2], *first[2:], *second[2:], *spindle, *SQUARENESS]
+    offsets, tilts = ([name for each in errors for name in each[part]] for part in (slice(2), slice(2, 4)))
+    return [*offsets, *tilts, *spindle, *SQUARENESS]
 
 
 def corrected(machine: Machine, values: dict[str, float]) -> Machine:

@@ -87,7 +87,9 @@ class Problem:
         self.names = unknowns(machine)
         self.sources: list[Readings | Positioning] = [*blocks, *tables]
         seen = {each.joint for each in tables}
-        moving = [n for n in range(5) if any(np.ptp(each.joints[:, n]) > 0 for each in blocks)]
+        moving = [
+            n for n in range(len(machine.joint_names)) if any(np.ptp(each.joints[:, n]) > 0 for each in blocks)
+        ]
         self.effects = [Unmeasured.of(n) for n in moving if n not in seen]
         sizes = [len(self.names), *(len(each.at) for each in tables), *(len(each.sigma) for each in self.effects)]
         places = [4 * (int(each.setup.max()) + 1) for each in blocks]
@@ -116,8 +118,8 @@ class Problem:
         for index, name in enumerate(self.names):
             if name in SQUARENESS:
                 prior[index] = given["squareness"]
-            elif name in self.reasons and name[1] in "ABC34":
-                prior[index] = given["tilt"]
+            elif name in self.reasons:
+                prior[index] = given["tilt" if name[1] in "ABC34" else "offset"]
         for each, own in zip(self.effects, self.terms, strict=True):
             prior[own] = each.sigma
         for own in self.drifts:
@@ -180,6 +182,12 @@ class Problem:
             return False
         deviation = np.sqrt(found.whole[(found.kept.index(index),) * 2])
         return bool(deviation <= DETERMINED * self.prior[index])
+
+    def would_tell(self, name: str, noise: float) -> bool:
+        """Whether readings that scatter by `noise`, not what is assumed, would say what an unknown is."""
+        found = self._estimate(self.sought(), np.full(len(self.observed), noise), [])
+        index = found.kept.index(self.names.index(name))
+        return bool(np.sqrt(found.covariance[index, index]) <= DETERMINED * self.prior[found.kept[index]])
 
     def sought(self, effects: bool = False, drift: bool = False) -> list[int]:
         """Indices of the unknowns that are sought."""
@@ -277,7 +285,8 @@ class Problem:
         the indices of the unknowns to estimate. The positions of balls and the unknowns of the laser come first,
         then the geometry in the order of `unknowns`. An unknown with a reading of its own is always estimated.
         """
-        matrix, geometry = self.linear[2], len(self.names)
+        matrix = self.predict(self.all, np.zeros(self.count), believed=True)[1]
+        geometry = len(self.names)
         free = [n for own in (*self.entries, *self.places) for n in range(own.start, own.stop)]
         kept: list[int] = []
         basis = np.empty((len(matrix), 0))
@@ -297,8 +306,7 @@ class Problem:
                 reasons[self.names[index]] = [
                     self.names[n] for n, each in zip(kept, share, strict=True) if each and n < geometry
                 ]
-                if self.names[index][1] in "ABC34":
-                    told.add(index)  # with its standard uncertainty
+                told.add(index)  # with its standard uncertainty
             elif index < geometry:
                 reasons[self.names[index]] = None
         traces = np.linalg.norm(matrix, axis=0) > NOTHING
@@ -310,18 +318,21 @@ class Problem:
         """Indices of all unknowns."""
         return list(range(self.count))
 
-    def predict(self, kept: list[int], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The predicted readings, all unknowns being `x`, and their derivatives by those `kept`."""
+    def predict(self, kept: list[int], x: np.ndarray, believed: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """The predicted readings, all unknowns being `x`, and their derivatives by those `kept`.
+
+        `believed`: where RTCP would be, not where the slides were found, whose noise would tell unknowns apart.
+        """
         eye = np.eye(self.count)
-        parts = [self._gaps(n, x) for n in range(len(self.blocks))]
+        parts = [self._gaps(n, x, believed) for n in range(len(self.blocks))]
         parts += [(x[own], eye[own]) for own in self.entries]
         predicted, derivatives = map(np.concatenate, zip(*parts, strict=True))
         return predicted, derivatives[:, kept]
 
-    def _gaps(self, number: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _gaps(self, number: int, x: np.ndarray, believed: bool) -> tuple[np.ndarray, np.ndarray]:
         """What is read in a file; its derivatives by all unknowns."""
         block, place, drift = self.blocks[number], self.places[number].start, self.drifts[number]
-        gaps, derivatives = self._along(block, block.joints, place, x)
+        gaps, derivatives = self._along(block, block.believed if believed else block.joints, place, x)
         if block.reference is not None:
             there, slopes = self._along(block, block.reference, place, x)
             gaps, derivatives = gaps - there, derivatives - slopes
@@ -353,7 +364,7 @@ class Problem:
         along = np.einsum("ni,nji->nj", block.direction, by[..., :3])  # the direction, in the workpiece
         slopes = -np.einsum("ni,nij->nj", along, by)
         derivatives = np.zeros((len(actual), self.count))
-        derivatives[:, self.geometry] = slopes[:, 5:23] @ self.moves
+        derivatives[:, self.geometry] = slopes[:, joints.shape[1] :][:, : len(self.moves)] @ self.moves
         for name, path in paths.items():
             derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
         for joint, own, share in shares:

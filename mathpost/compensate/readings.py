@@ -54,6 +54,7 @@ class Readings:
     where: str
     method: str
     joints: np.ndarray  # as programmed, (n, 5); mm and radians throughout
+    believed: np.ndarray  # where RTCP would have been, (n, 5): not the same where the slides were read
     reference: np.ndarray | None  # at which it was zeroed, (n, 5): what it would be there is to be subtracted
     target: np.ndarray  # in the workpiece, (n, 3)
     direction: np.ndarray  # along the machine's axes, (n, 3)
@@ -197,7 +198,8 @@ def _readings(table: Table, machine: Machine, method: str) -> Readings:
     if method in PROBED:  # the first row of each feature says where it is believed to be
         shown = np.column_stack([values.get(name, np.zeros(count)) for name in "xyz"]) - machine.origin
         target = tips(machine, np.column_stack([shown, angles]), length)[0][first][setup]
-    joints, turn = held(machine, target, angles, length)
+    believed, turn = held(machine, target, angles, length)
+    joints = believed.copy()
 
     rows, reference, sign = np.tile(np.arange(count), len(columns)), None, 1
     if method in SIGNS:
@@ -215,6 +217,7 @@ def _readings(table: Table, machine: Machine, method: str) -> Readings:
         table.path,
         method,
         joints=joints[rows],
+        believed=believed[rows],
         reference=reference,
         target=target[rows],
         direction=np.concatenate([np.broadcast_to(directions[name], target.shape) for name in columns]),
@@ -323,7 +326,7 @@ def _angles(table: Table, machine: Machine, method: str, axis: Rotary | None) ->
     columns += [(machine.rotary.index(_needed(axis, table, machine)), "angle")] if "angle" in table else []
     if len(dict(columns)) < max(1, len(columns)):
         table.refuse("the rotary angles under their axes' names, or under angle", ", ".join(table))
-    angles = np.zeros((len(table.lines), 2))
+    angles = np.zeros((len(table.lines), len(machine.rotary)))
     for n, name in sorted(columns):
         table.check_angles(name)
         turned = np.deg2rad(table[name])

@@ -138,8 +138,7 @@ def _changes(blocks: Sequence[Readings], machine: Machine) -> Iterator[tuple[str
     axes = [each.name for each in machine.rotary]
     for name in (*axes, "angle"):
         yield f"the sign of {name}, in the readings or in the machine file", _scaled([name], -1)
-    yield f"the columns {' and '.join(axes)} exchanged", _exchanged(*axes)
-    for one, other in combinations(columns, 2):
+    for one, other in (*combinations(axes, 2), *combinations(columns, 2)):
         yield f"the columns {one} and {other} exchanged", _exchanged(one, other)
     for one, other in combinations("xyz", 2):
         if one not in columns:

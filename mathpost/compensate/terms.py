@@ -89,11 +89,10 @@ def _entries(
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]
     names = [each.name for each in nominal.rotary]
     points = [np.array(each.point) for each in machine.rotary]
-    first, second = (unit(each.axis) for each in nominal.rotary)
-
+    axes = [unit(each.axis) for each in nominal.rotary]
     tool = unit(nominal.tool_axis)
     for index in heads:
-        axis, pivot = (first, second)[index], np.array(nominal.rotary[index].point)
+        axis, pivot = axes[index], np.array(nominal.rotary[index].point)
         if np.linalg.norm(np.cross(tool, axis)) > SMALL:  # else it turns the tool about itself
             alpha = np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
             moved = points[index] - pivot - alpha * np.cross(axis, pivot)
@@ -106,7 +105,8 @@ def _entries(
                 ],
             )
     if len(tables) == 2 or len(heads) == 2:
-        normal = unit(np.cross(second, first)) * np.sign(max(np.cross(second, first), key=abs))
+        square = np.cross(axes[1], axes[0])
+        normal = unit(square) * np.sign(max(square, key=abs))
         letters = [letter for letter, share in zip("XYZ", normal, strict=True) if abs(share) > 1 - SMALL]
         label = f"{names[0]} to {names[1]}, {f'in {letters[0]}' if letters else 'square to both'}"
         yield "distance of the axes (source 001, section 6, 2)", [(label, (points[1] - points[0]) @ normal)]

@@ -211,7 +211,7 @@ class _File:
         columns = np.array([column for _, column in self.block.rows])
         follows = np.flatnonzero(columns[1:] == columns[:-1])
         groups = []
-        for axis in (3, 4):
+        for axis in range(3, self.block.joints.shape[1]):
             keys = [f"{c} {a:.4f}" for c, a in zip(columns, self.block.joints[:, axis], strict=True)]
             _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
             if 1 < len(count) < len(keys):

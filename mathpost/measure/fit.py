@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 SINGULAR = 1e-8  # of the greatest singular value: below it a combination of unknowns leaves no trace in readings
 SHARE = 1e-6  # of an unknown in such a combination, below which it is not part of it
+ENDLESS = 1e4  # degrees of freedom beyond which Student's t is the normal distribution in three digits
 
 Compiled = tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]  # of expressions: values and derivatives
 
@@ -49,7 +50,7 @@ class Value:
     @property
     def free(self) -> str:
         """The degrees of freedom as they are printed."""
-        return "∞" if np.isinf(self.freedom) else f"{self.freedom:.1f}"
+        return "∞" if self.freedom > ENDLESS else f"{self.freedom:.1f}"
 
 
 @dataclass(frozen=True)

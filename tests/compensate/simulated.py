@@ -54,23 +54,23 @@ class Simulated:
 
     def gap(self, place, angles, length, aside=0.0):
         """Ball minus tip, (n, 3), while the control keeps the tip on the ball that it believes at `place`."""
-        believed = [
-            (name, side, np.array(axis), np.array(point)) for name, side, axis, point in MACHINES[self.kind]
-        ]
-        slides = _ball(believed, place, angles) - _tip(believed, np.zeros(3), angles, length)
+        slides = self.slides(place, angles, length)
         right = {name: angle + self.positioning.get(name, np.zeros_like)(angle) for name, angle in angles.items()}
         c, b, a = self.square
         x, y, z = slides.T
         stands = slides * (1 + self.scale) + np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
         return _ball(self.axes, place + aside, right) - stands - _tip(self.axes, self.lean, right, length)
 
-    def display(self, place, angles, length):
-        """What the control shows when the tip has found the ball: (n, 3)."""
+    def slides(self, place, angles, length):
+        """Where the control, which believes its machine file, has the slides: (n, 3)."""
         believed = [
             (name, side, np.array(axis), np.array(point)) for name, side, axis, point in MACHINES[self.kind]
         ]
-        slides = _ball(believed, place, angles) - _tip(believed, np.zeros(3), angles, length)
-        return slides + self.gap(place, angles, length)
+        return _ball(believed, place, angles) - _tip(believed, np.zeros(3), angles, length)
+
+    def display(self, place, angles, length):
+        """What the control shows when the tip has found the ball: (n, 3)."""
+        return self.slides(place, angles, length) + self.gap(place, angles, length)
 
 
 def _ball(axes, place, angles):
