@@ -27,7 +27,6 @@ MORE = 200  # mm by which a ball or a tool is moved
 ANGLES = 4  # of an axis, over its travel
 LEVELS = ((1, False), (2, False), (2, True), (3, True))  # how many changes, and whether each of them alone, too
 MANY = 1000  # readings beyond which only single changes are tried
-PER_READING = ("joints", "believed", "target", "direction", "length", "value", "setup", "order")  # of `Readings`
 FIXED = ("dial", "tip", "ballbar")  # methods that say themselves where they are read, and along what
 
 
@@ -108,9 +107,19 @@ def _candidates(problem: Problem) -> Iterator[tuple[str, Change]]:
 
 def _repeated(block: Readings, times: int) -> Readings:
     """Each reading of a file several times."""
-    several = {name: np.repeat(getattr(block, name), times, axis=0) for name in PER_READING}
     reference = None if block.reference is None else np.repeat(block.reference, times, axis=0)
-    return replace(block, reference=reference, **several)
+    return replace(
+        block,
+        joints=np.repeat(block.joints, times, axis=0),
+        believed=np.repeat(block.believed, times, axis=0),
+        reference=reference,
+        target=np.repeat(block.target, times, axis=0),
+        direction=np.repeat(block.direction, times, axis=0),
+        length=np.repeat(block.length, times),
+        value=np.repeat(block.value, times),
+        setup=np.repeat(block.setup, times),
+        order=np.repeat(block.order, times),
+    )
 
 
 def _all_three(block: Readings) -> Readings:
