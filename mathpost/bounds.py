@@ -59,7 +59,7 @@ def _time(seconds: float) -> Iterator[None]:
         raise TooLarge(f"more than {seconds:g} s")
 
     before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds, 1.0)  # and again, should somebody catch it
+    signal.setitimer(signal.ITIMER_PROF, seconds, 1.0)  # and again, in case it is caught
     try:
         yield
     finally:

@@ -132,7 +132,7 @@ def test_a_spreadsheet_of_its_words_is_refused(capsys):
 
 def test_the_page_and_the_detective():
     html = machine_page.page(HEAD)
-    assert "always stands at 90.0° to the axis of A" in html and "X+ moves the table to the left" in html
+    assert "is always at 90.0° to the axis of A" in html and "X+ moves the table to the left" in html
     assert explain_joints(HEAD, [0, -0.6, 0.8], [36.8699]).right
     found = explain_joints(HEAD, [0, -0.6, 0.8], [-36.8699])
     assert found.misreadings[0].sentence == "the sign of A is reversed" and len(found.misreadings) == 1

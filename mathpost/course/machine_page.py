@@ -59,7 +59,7 @@ def reach(kin: Kinematics) -> list[str]:
     direction = " ".join(f"{float(x):z.3f}" for x in derived.pole)
     if kin.tool_side is None:
         return [
-            f"The tool axis always stands at {near:.1f}° to the axis of {derived.workpiece_side}, ({direction}) in "
+            f"The tool axis is always at {near:.1f}° to the axis of {derived.workpiece_side}, ({direction}) in "
             "the workpiece. Any other tool axis is out of reach."
         ]
     joint = kin.symbols.index(derived.tool_side)

@@ -109,7 +109,7 @@ class Table(dict[str, Any]):
                 continue
             if values[row] <= values[row - 1]:
                 what = "a duplicate" if values[row] == values[row - 1] else "out of order"
-                expected = f"more than {values[row - 1]:.10g}, which stands on line {self.lines[row - 1]}"
+                expected = f"more than {values[row - 1]:.10g}, which is on line {self.lines[row - 1]}"
                 raise InputError(self.where(row, name), expected, f"{values[row]:.10g}, {what}")
 
     def unit(self, name: str, kind: str, default: str | None = None) -> float:
@@ -208,7 +208,7 @@ def parse(
     rows = [(number, cells) for number, cells in rows if cells != header]
     if not rows:
         raise InputError(table.path, "rows of readings below the columns' names", "no readings")
-    rows, behind = _without_footer(
+    rows, after = _without_footer(
         rows, next(n for n, name in enumerate(names) if name in wanted and name not in text)
     )
     for number, cells in rows:
@@ -232,8 +232,8 @@ def parse(
         f"{table.path}: {note}"
         for holds, note in (
             (first, f"{first} lines before the column names were not read"),
-            (again, f"the column names stand again in line {', '.join(map(str, again))}"),
-            (behind, f"{behind} lines behind the readings were not read"),
+            (again, f"the column names are repeated in line {', '.join(map(str, again))}"),
+            (after, f"{after} lines after the readings were not read"),
             (aside, f"not read: {', '.join(aside)}"),
             (not found.whole, "no line break at the end: the last reading may be cut off"),
         )
@@ -269,7 +269,7 @@ def _header(lines: Sequence[tuple[int, str]], known: Names) -> tuple[int, str]:
 
 
 def _reads(cell: str) -> re.Match[str] | None:
-    """Whether a cell looks like a number, with whatever decimal mark."""
+    """Return a match if a cell looks like a number, with either decimal mark."""
     return re.fullmatch(r"[-+]?[\d.,]+(e[-+]?\d+)?", cell.translate(MINUS), re.IGNORECASE)
 
 

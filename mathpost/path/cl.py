@@ -223,7 +223,7 @@ def _made(
     points: np.ndarray, axes: np.ndarray, feeds: np.ndarray, rapid: np.ndarray, lines: np.ndarray,
     remarks: tuple[Remark, ...], name: str, notes: tuple[str, ...] = (),
 ) -> CLData:  # fmt: skip
-    """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
+    """Make `CLData` of points and axes, shape (3, n), with read-only arrays."""
     arrays = points.T, axes.T, feeds, rapid, lines
     for array in arrays:
         array.setflags(write=False)

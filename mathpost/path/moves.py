@@ -274,7 +274,7 @@ class Moves(Orders):
         need(not self.cycle and not self.circle, "MCSYS outside a cycle and an arc", "within one")
         if number != self.work_offset:
             self.command("work offset", number, statement=f"MCSYS/NUM,{number}")
-            self.point = None  # nobody has said it in these coordinates
+            self.point = None  # not stated in these coordinates
         self.work_offset = number
         origin, x, y = system.reshape(3, 3)
         self.coordinates.first = coordinates.IDENTITY
@@ -302,7 +302,7 @@ class Moves(Orders):
     def enter(self, another: bool) -> None:
         if another:
             self.counts["changes of the coordinate system, brought into the first"] += 1
-            self.point = None  # nobody has said it in these coordinates
+            self.point = None  # not stated in these coordinates
 
     def on_rotabl(self, words: list[str]) -> None:
         """Turn the table; the points that follow are in coordinates that do not turn with the part.

@@ -16,7 +16,7 @@ class Arc:
     axis: tuple[float, float, float]  # a unit vector, about which the tool turns right-handed
 
     def moved(self, by: int) -> "Arc":
-        """The same with so many records more before it."""
+        """Return it with `by` more records before it."""
         return replace(self, first=self.first + by, last=self.last + by)
 
 
@@ -30,5 +30,5 @@ class Hole:
     said: tuple[Command, ...] = ()  # commands to the control on the way, as part of the cycle
 
     def moved(self, by: int) -> "Hole":
-        """The same with so many records more before it."""
+        """Return it with `by` more records before it."""
         return replace(self, first=self.first + by, last=self.last + by)

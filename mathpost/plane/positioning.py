@@ -67,7 +67,7 @@ class Solution:
         if abs(out_of_plane := direction @ self.feature.z) > PARALLEL:
             off = np.degrees(np.arcsin(min(abs(out_of_plane), 1.0)))
             what = f"no third angle lays the feature's {feature} along the machine's {along}"
-            raise ReachError(f"{what}, which stands {off:.3f} degrees out of the plane")
+            raise ReachError(f"{what}, which is {off:.3f} degrees out of the plane")
         third = euler.angles("ZXZ", self.feature.rotation, degrees=True)[2]
         return float(wrap(third - _turn(direction, self.feature) - (90 if feature == "Y" else 0)))
 
@@ -130,9 +130,9 @@ def align(feature: Frame, machine: Machine | Kinematics) -> Alignment:
         angle = np.degrees(np.arccos(np.clip(pole @ feature.z, -1, 1)))
         end = " ".join(f"{x:z.3f}" for x in pole)
         where = f"the pole ({end}), the end of axis {workpiece_side.name}"
-        stands = f"the feature's Z stands {angle:.4f} degrees from {where}"
+        lean = f"the feature's Z is {angle:.4f} degrees from {where}"
         allows = f"only from {low:.4f} to {high:.4f}" if high > low else f"only at {low:.4f}"
-        raise ReachError(f"{machine.name}: {stands}, which {tool_side.name} allows {allows}")
+        raise ReachError(f"{machine.name}: {lean}, which {tool_side.name} allows {allows}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
     return Alignment(feature, machine, joints[:, 3:], *places, free)
 

@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     how = {"lessons": options.lessons, "rerun": place, "kept": kept, "progress": show_progress}
     graded = grade.grade(options.folder, rules, **how)
     if among:
-        graded.notes.append("Nothing was kept for the next time: the report stands among what was handed in.")
+        graded.notes.append("Nothing was kept for the next time: the report is among the files handed in.")
     graded.notes += place.open if place else ["No notebook was run."]
     for note in graded.notes:
         print(note, file=sys.stderr)

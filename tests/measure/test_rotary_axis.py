@@ -339,7 +339,7 @@ def test_too_few_readings_name_the_unknowns_and_the_remedy(measurement, data, me
         ("angle,R,dial\n0,100,0\n180,100,0\n90,100,0\n", "line 4, column 'angle': expected more than 180"),
         (
             "angle,R,dial\n0,100,0\n90,100,0\n90,100,0\n",
-            "line 4, column 'angle': expected more than 90, which stands",
+            "line 4, column 'angle': expected more than 90, which is on line 3",
         ),
         ("angle,R,dial\n0,100,0\n90,100,20\n", "line 3, column 'dial': expected mm within ±5 (µm?), found 20"),
         ("angle,R\n0,100\n", "expected a column of readings: dial, found none"),

@@ -152,7 +152,7 @@ def test_limits_are_named():
 
 def test_unreachable_plane_names_the_limit(dmu50v):
     with pytest.raises(
-        ReachError, match=r"stands 110\.0000 degrees from the pole .* axis C, .* from 0\.0000 to 90\.0000"
+        ReachError, match=r"is 110\.0000 degrees from the pole .* axis C, .* from 0\.0000 to 90\.0000"
     ):
         align(Plane("PLANE SPATIAL", [110, 0, 0]).frame, dmu50v)
 
