@@ -50,7 +50,7 @@ class TomlTable:
             raise InputError(f"{self.where}, key {key!r}", "no such key", repr(self.content[key]))
 
 
-# Readers return what they make of a value or raise ValueError or TypeError; `TomlTable.take` says where.
+# Readers return a value as read, or raise ValueError or TypeError; `TomlTable.take` adds where.
 
 
 def only_if(holds: Callable, read: Callable = lambda value: value) -> Callable:

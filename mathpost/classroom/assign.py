@@ -31,8 +31,8 @@ OWN, SAME = "*These numbers are yours alone.*", "*The same for everybody.*"
 def assign(lessons: Path | str, folder: Path | str, students: Sequence[str] = ()) -> dict[Path, list[str]]:
     """Write the student copy, or one for each student; return a dict from each path to its exercises' names.
 
-    `lessons` is a notebook or a folder of them; each name in `students` becomes a folder in `folder`. There is an
-    `InputError` if there are no notebooks, or one holds an answer, shows a solution, or defines an exercise; an
+    `lessons` is a notebook or a folder of them; each name in `students` becomes a folder in `folder`. Raises
+    `InputError` if there are no notebooks, or one contains an answer, shows a solution, or defines an exercise;
     `OutputError` if a copy exists already or cannot be written.
     """
     lessons, folder = Path(lessons), Path(folder)

@@ -68,7 +68,7 @@ def collect(folder: Path | str, unpacked: Path | str, lessons: Iterable[str] = (
 def unzip(path: Path, target: Path, limit: int = ZIP_LIMIT) -> int:
     """Unpack a zip and return its size unpacked.
 
-    There is an `InputError` if it is broken, leads out of `target`, holds links, or has more than `limit` bytes.
+    Raises `InputError` if it is broken, leads out of `target`, contains links, or has more than `limit` bytes.
     """
     try:
         with zipfile.ZipFile(path) as packed:

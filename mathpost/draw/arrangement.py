@@ -1,6 +1,6 @@
 """The bodies of a machine as simple solids, for any arrangement of its two rotary axes.
 
-A machine file holds axes, not castings, so the solids are made up around the axes: from the workpiece down to the
+A machine file has axes, not castings, so the solids are invented around the axes: from the workpiece down to the
 bed, and from the tool up to the slides, each body is the hull between the bearing that carries it and those that it
 carries. A bearing is square to its axis: one on both sides where the axis lies across (trunnion, fork), otherwise
 one on one side (turntable, nutating head).

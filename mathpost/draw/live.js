@@ -10,7 +10,7 @@ const length = (a) => hypot(...a);
 const unit = (a) => a.map((x) => x / length(a));
 const angle = (a, b) => 2 * atan2(length(minus(a, b)), length(plus(a, 1, b)));
 const fixed = (x, digits) => { const s = x.toFixed(digits); return Number(s) === 0 ? s.replace("-", "") : s; };
-// Lines of text: {:4} is the next number with four decimals, {?words} are words that stand there if it is not 0.
+// Lines of text: {:4} is the next number with four decimals, {?words} shows the words if it is not 0.
 function written(text, numbers) {
     let i = 0;
     return text.map((line) => line.replace(/\{(?::(\d+)|\?([^}]*))\}/g, (_, digits, words) => {
@@ -59,7 +59,7 @@ function shades(colour) {
     });
 }
 
-// Pixels with a depth each: what is nearest shows, whatever stands inside of what.
+// Pixels with a depth each: the nearest is shown, even where bodies intersect.
 class Raster {
     constructor() { this.canvas = document.createElement("canvas"); }
     resize(width, height) {
@@ -182,7 +182,7 @@ class Scene {
         for (const line of this.lines) for (const part of line.parts) this.stroke(ink, line, part.map((p) => project(line.body, p)), open, dpr);
         this.letters(ink, project, dpr);
     }
-    // Strong where nothing is before it, faint where something is.
+    // Strong where nothing hides it, faint where something does.
     stroke(ink, line, points, open, dpr) {
         const runs = { true: new Path2D(), false: new Path2D() };
         let before; // a path of thousands of loose pieces is slow to draw: what goes on goes on
@@ -282,7 +282,7 @@ class Controls {
     }
 }
 
-// Each kind of view: it makes its pictures and controls and returns what a change of the sliders does.
+// Each kind of view: it makes its pictures and controls and returns the function that a change of the sliders calls.
 const KINDS = {
     // Any printed functions: places of bodies, the points of lines, and the numbers of a text.
     formula(state, [m], ui) {
@@ -317,7 +317,7 @@ function start(root, state, machines) {
             const all = scenes.length ? [...actions, ["reset view", back]] : actions;
             return all.map(([textContent, onclick]) => make("button", row, { type: "button", textContent, onclick }));
         },
-        // The places of interest as such pairs: the values that they set, null where a slider stays.
+        // Places of interest as such pairs, with the values that they set, null where a slider stays.
         places: (controls) => (state.places || []).map(([label, at]) => [label, () => {
             [at].flat().forEach((x, i) => { if (x !== null) controls.values[i] = x; });
             update();

@@ -1,7 +1,7 @@
 """Tables of readings: CSV files with named columns, whose errors name the file and the line.
 
-A file begins with comments that name its source and what is known of the readings, then the column names, then one
-reading to a line::
+A file begins with comments that name its source and state settings, then the column names, then one reading to a
+line::
 
     # source: Huang et al. (source 001), section 4
     # unit = µm

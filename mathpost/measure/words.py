@@ -58,7 +58,7 @@ def is_aside(name: str) -> bool:
 
 
 class Names:
-    """The columns that a file may have, by what people call them.
+    """The columns that a file may have, by the names that people give them.
 
     `also` maps further words to names.
 

@@ -119,7 +119,7 @@ class Moves(Orders):
         values = self.numbers(words, 3)
         length = math.hypot(*values)
         need(abs(length - 1) <= UNIT_TOLERANCE, f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {length:.6g}")
-        self.axis = (self.coordinates.turned.T @ values).tolist()  # the table turns, TLAXIS is said in the part
+        self.axis = (self.coordinates.turned.T @ values).tolist()  # the table turns, TLAXIS is in the part
         self.unconfirmed = bool(self.coordinates.table.any())
 
     def on_multax(self, words: list[str]) -> None:

@@ -1,6 +1,6 @@
 """One tilted working plane in every control's notation.
 
-A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numbers of one notation, in degrees as
+A plane is a `Frame`: the feature in the workpiece. `Plane` has it as the numbers of one notation, in degrees as
 in an NC program.
 """
 

@@ -1,4 +1,4 @@
-"""A horizontal head from its measured vectors: what is left of each, and the blocks for any position."""
+"""A horizontal head from its measured vectors: their residuals, and the blocks for any position."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""The reference: the docstrings of what the package offers and what lessons call, as pdoc reads them."""
+"""The reference: the docstrings of the package's names and of those that lessons use, as pdoc reads them."""
 
 import ast
 import importlib.util

@@ -1,5 +1,5 @@
 // The zone of drop.py: files and folders dropped on it, or chosen with its buttons. They go to Python in pieces, and
-// the next one goes when the last was answered.
+// the next one is sent when the last was answered.
 
 const PIECE = 2 ** 20; // bytes; of a message of ten times as much the connection would end
 const PATIENCE = 10_000; // ms
@@ -14,7 +14,7 @@ function made(kind, properties, ...inside) {
   return element;
 }
 
-/** The files of what was dropped, those in folders as well, as [name, file]; at most one more than `most`. */
+/** The dropped files, those in folders as well, as [name, file]; at most one more than `most`. */
 async function inside(entries, most) {
   const found = [], rest = [...entries];
   while (rest.length && found.length <= most) {
@@ -61,7 +61,7 @@ function render({ model, el }) {
   const heard = answer => waiting.get(answer.id)?.(answer);
   model.on("msg:custom", heard);
 
-  /** Python's answer; what is not answered is sent again, since every message may come twice. */
+  /** Python's answer; a message without one is sent again, as every message may come twice. */
   function ask(content, piece) {
     const id = `${Math.random()}`;
     const post = () => model.send({ ...content, id }, undefined, piece && [piece]);
