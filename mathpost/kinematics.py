@@ -56,7 +56,7 @@ class Inverse:
     solutions: tuple[sp.Expr, ...]
     turn: tuple[sp.Expr, ...]  # the workpiece-side angle is atan2 of these two, given the tool-side one
     linear: tuple[sp.Expr, ...]  # programmed X Y Z, given the tip and both rotary angles
-    # The end of the workpiece-side axis, in the workpiece, that the tool points to where both solutions meet:
+    # The end of the workpiece-side axis, in the workpiece, that is nearest the tool axis where both solutions meet:
     pole: tuple[sp.Expr, ...]
     reach: tuple[sp.Expr, ...]  # smallest and greatest angle between the tool axis and the pole
 

@@ -58,7 +58,7 @@ class Rotary:
         return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
 
     def turns(self, angle: float, present: float = 0.0) -> list[float]:
-        """Return `angle` plus each number of turns that is inside travel, degrees, the nearest to `present` first.
+        """Return `angle` plus whole turns, every result inside travel, degrees, the nearest to `present` first.
 
         At most `MOST_TURNS` to either side; the angle alone if travel has no end, or if nothing is inside it.
 
@@ -201,7 +201,7 @@ class Machine:
         return UNITS[: len(self.joint_names)]
 
     def with_setup(self, *, origin: ArrayLike | None = None, tool_length: float | None = None) -> Machine:
-        """Return the same machine with another workpiece origin (mm) or tool length (mm); `InputError` if wrong."""
+        """Return the machine with a different workpiece origin (mm) or tool length (mm); `InputError` if wrong."""
         changes: dict[str, Any] = {}
         if origin is not None:
             changes["origin"] = tuple(as_array(origin, 3, "origin").tolist())
