@@ -28,7 +28,7 @@ class Axes(NamedTuple):
 class Records(NamedTuple):
     """What each of n records may take, and the move to it."""
 
-    solved: np.ndarray  # (j, s, n), the joints of each solution
+    solved: np.ndarray  # (s, j, n), the joints of each solution
     turns: np.ndarray  # (j, w), what the windings add: candidate k·w + t is solution k in winding t
     beyond: np.ndarray  # (s, n), whole turns of the workpiece-side joint beyond its short way, on one solution
     meeting: np.ndarray  # (n,), whether the branch may change
@@ -68,12 +68,12 @@ def best_way(
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.
     """
     records, windings = path.solved.shape[2], path.turns.shape[1]
-    count = path.solved.shape[1] * windings
+    count = path.solved.shape[0] * windings
     came_from = np.zeros((records, count), np.int32)  # the candidate of the record before on the best way
     came_by_break = np.zeros((records, count), np.bool_)
     # The candidates inside travel of two records, this one and the one before, take rows 0 and 1 in turn.
     numbers, breaks = np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
-    axes = path.solved.shape[0]
+    axes = path.solved.shape[1]
     joints, costs = np.zeros((2, count, axes)), np.zeros((2, count))
     picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(axes)
     known, stuck = 0, -1
@@ -84,7 +84,7 @@ def best_way(
         for number in range(count):
             inside = True
             for joint in range(axes):
-                value = path.solved[joint, number // windings, record] + path.turns[joint, number % windings]
+                value = path.solved[number // windings, joint, record] + path.turns[joint, number % windings]
                 inside = inside and machine.ends[joint, 0] <= value <= machine.ends[joint, 1]
                 joints[now, found, joint] = value
             if inside:

@@ -168,10 +168,11 @@ def choose(
         beginning += _preference(machine, solved) * (first.branch != (0 if prefer > 0 else 1))
     else:
         beginning = move_costs(machine, short_way(machine, first.joints[0] - start))
+    by_solution = np.ascontiguousarray(np.swapaxes(solved, 0, 1))  # one order in memory: the loop is compiled once
     long = len(cl) * len(first.branch) ** 2 > LONG
     picks, broken, unreachable, stuck = (compiled(best_way, nearest, cost) if long else best_way)(
         Axes(machine.ends, machine.endless, workpiece_side, *prices(machine)),
-        Records(solved, turns, beyond, np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid)),
+        Records(by_solution, turns, beyond, np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid)),
         beginning, strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:

@@ -681,6 +681,7 @@ def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, of, 
         expected = outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by))  # noqa: B023
         monkeypatch.setattr(selection, "LONG", 0)
         assert_same(outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by)), expected)  # noqa: B023
+    assert len(compiled(selection.best_way, selection.nearest, selection.cost).signatures) == 1, "compiled once"
 
 
 @pytest.mark.parametrize("workpiece_side", [None, (-370, 370)])
