@@ -1,12 +1,14 @@
 """Columns, or rows, under each other's headings: what is right only under other headings is wrong."""
 
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mathpost.workbook import Task
 from tests.workbook.cells import Book, Values, address
+from tests.workbook.machining_sheets import MACHINES, TABLES, first_in_file, forward, order_of
 from tests.workbook.test_machining import checked, table
 from tests.workbook.test_said import FANUC, SPATIAL, _plane_words
 from tests.workbook.test_strange_sheets import _check
@@ -38,6 +40,51 @@ def test_columns_of_a_machines_table_under_each_others_headings_are_wrong(layout
         other = exchanged(cells, [names.get(name, name) for name in pair])
         report = checked(tmp_path / f"{n}.xlsx", other, task)
         assert [fault.cause for fault in report.faults] == ["exchanged"], (pair, str(report))
+
+
+STYLES = {  # of tip, axis, X Y Z and rotary words: {0} is the letter as it is, {1} a capital
+    "case": ("{0}", "{0}", "{1}", "{1}"),
+    "suffix": ("{1}_CL", "{1}", "{1}_NC", "{1} [°]"),
+    "words": ("Werkstück {1}", "刀轴{0}", "机床{1}", "{1}角"),
+}
+
+
+def named_numbers(name, style, down):
+    """A machine's table by its pose, from SciPy: heading of each part and letter, cells, places of headings."""
+    names = sorted(TABLES[name][1], key=lambda each: each != first_in_file(name))
+    keys = [*product(("tip",), "xyz"), *product(("axis",), "ijk"), *product(("linear",), "xyz")]
+    keys += [("rotary", each) for each in names]
+    form = dict(zip(("tip", "axis", "linear", "rotary"), STYLES[style], strict=True))
+    headings = {(part, letter): form[part].format(letter, letter.upper()) for part, letter in keys}
+    linear = np.random.default_rng(3).uniform(-90, 90, (3, 3)).round(3)
+    rotary = order_of(name, TABLES[name][1], (18, 31, 47), (-35, 12, 64))
+    values = np.vstack([forward(name, linear, rotary).round(6), linear, rotary])
+
+    def place(n, k):
+        return ("S", 3 + k, 2 + n) if down else ("S", 3 + n, 2 + k)
+
+    cells = {place(n, k): float(values[k, n]) for k in range(11) for n in range(3)}
+    return headings, cells, {key: place(-1, k) for k, key in enumerate(keys)}
+
+
+@pytest.mark.parametrize("down", [False, True])
+@pytest.mark.parametrize(
+    ("name", "style"),
+    [("ac_table", "case"), ("ac_head", "suffix"), ("head_b_table_c", "words"), ("dmu50v", "suffix")],
+)
+def test_what_is_right_only_under_exchanged_headings_is_exchanged(name, style, down, tmp_path):
+    headings, cells, at = named_numbers(name, style, down)
+    task = Task(machine=MACHINES / f"{name}.toml")
+    keys = [*headings]
+    ways = [keys[a : a + 1] + keys[b : b + 1] for a, b in [(0, 1), (3, 5), (7, 8), (9, 10), (2, 5), (6, 9), (1, 7)]]
+    ways += [keys[a : a + 3] + keys[b : b + 3] for a, b in [(0, 3), (0, 6), (3, 6)]]
+    for n, way in enumerate(([], *ways)):
+        half = len(way) // 2
+        said = headings | {a: headings[b] for a, b in zip(way, way[half:] + way[:half], strict=True)}
+        report = checked(tmp_path / f"{n}.xlsx", cells | {at[key]: said[key] for key in keys}, task)
+        assert [fault.cause for fault in report.faults] == ["exchanged"] * bool(way), (way, str(report))
+        along = 1 if down else 2
+        assert {fault.place[along] for fault in report.faults} <= {at[key][along] for key in way}
 
 
 def points(down, order="xyz"):

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS
+from mathpost.workbook.meaning.nc_headed import Headed
 from mathpost.workbook.meaning.nc_headings import UNIT, headings_exchanged, letters_of, normal, side, stand_apart
 from mathpost.workbook.meaning.nc_roles import (
     ENOUGH,
@@ -99,7 +100,8 @@ def find_tables(
                 found |= {a: found.get(a, table), b: table} if table else {}
         for n, table in list(found.items()):  # the other solution, in what is left or beside it
             for b, block in enumerate(blocks):
-                rest = [column for column in block if column not in (*table.source, *table.words)]
+                used = {column.places for column in (*table.source, *table.words)}
+                rest = [column for column in block if column.places not in used]
                 alike = len(rest) >= 5 and len(rest[0].places) == len(table.words[0].places)
                 if alike and (b == n or b not in found):
                     twin = _table(graph, kinematics, [*table.source, *rest], ENOUGH_BESIDE)
@@ -170,7 +172,7 @@ def _column(graph: Graph, sheet: str, lines: range, number: int, along: int) -> 
     typed = 2 * sum(p in graph.trees for p in places) < len(places)
     unit = np.rad2deg(1) if any(re.search(IN_RADIANS, text) for text in texts) else 1.0
     says_degrees = unit == 1 and any(re.search(IN_DEGREES, text) for text in texts)
-    said = side(graph, sheet, lines[0], number) if along == 1 else ""
+    said = side(graph, sheet, along, lines[0], number)
     said = said or next(({"XYZ": "nc", "xyz": "cl"}[case] for case in ("XYZ", "xyz") if set(case) & raw), "")
     return Column(places, values, letters, typed, unit, said, 0.5 * says_degrees - 0.75 * (unit > 1))
 
@@ -184,9 +186,11 @@ def _table(graph: Graph, kinematics: Kinematics, columns: list[Column], enough: 
     """The `Table` in some columns, or None."""
     count = len(columns[0].places)
     sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
-    roles = Roles(graph, columns, kinematics, sample).find(enough)
+    headed = Headed(graph, columns, kinematics, alone=enough == ENOUGH_OF_ROTARY)
+    roles = headed.settle() or Roles(graph, columns, kinematics, sample).find(enough)
     if roles is None:
         return None
+    columns = headed.columns  # under their own headings
     tip, axis = (_sources(graph, columns, roles[part]) for part in ("tip", "axis"))
     words = roles["words"]
     source = [columns[n] for n in (*tip, *axis)]
@@ -216,7 +220,9 @@ def _table(graph: Graph, kinematics: Kinematics, columns: list[Column], enough: 
     units = tuple(columns[n].unit for n in words[-2:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
     of_tip, of_axis, of_words = ([columns[n] for n in part] for part in (tip, axis, words))
-    exchanged = headings_exchanged(graph, kinematics, of_tip, of_axis, of_words, stand_apart(tip, axis, words))
+    exchanged = headed.exchanged or headings_exchanged(
+        graph, kinematics, of_tip, of_axis, of_words, stand_apart(tip, axis, words)
+    )
     return Table(rows, units, counters, tuple(left), tuple(ends), exchanged, tuple(source), tuple(of_words))
 
 

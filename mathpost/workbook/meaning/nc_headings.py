@@ -11,19 +11,28 @@ if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
     from mathpost.workbook.meaning.nc_columns import Column
     from mathpost.workbook.sheet.graph import Graph
+    from mathpost.workbook.sheet.place import Place
 
 PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
 OF_CL = re.compile(r"(?<![a-z])(?:cl|apt|tip|part|workpiece|wcs|werkstück)(?![a-z])|刀位|刀尖")
+OF_AXIS = re.compile(
+    r"tool.?axis|werkzeugachse|刀轴|normal|ve[ck]tor|矢量|direction|richtung|orient|^[nv]_?[xyz]$|^(?:ax|axis)_?[xyz]$"
+)
+SIDES = {"nc": MACHINE, "cl": OF_CL, "axis": OF_AXIS}
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
 
 
-def side(graph: Graph, sheet: str, first: int, number: int) -> str:
-    """Whose data a column holds by its headings, or by the nearest to the left of each: "nc", "cl", or nothing."""
+def side(graph: Graph, sheet: str, along: int, first: int, number: int) -> str:
+    """Whose data a column holds by its headings, or by the nearest before each: "nc", "cl", "axis", or nothing.
+
+    Rows are counted by the place's number `along`, from `first`; `number` is that of the column.
+    """
     for line in range(first - 1, max(first - 4, 0), -1):
-        cells = (graph.cells.get((sheet, line, n)) for n in range(number, 0, -1))
+        places = ((sheet, line, n) if along == 1 else (sheet, n, line) for n in range(number, 0, -1))
+        cells = map(graph.cells.get, places)
         text = next((normal(cell.value) for cell in cells if cell and isinstance(cell.value, str)), "")
-        names = [name for name, pattern in (("nc", MACHINE), ("cl", OF_CL)) if pattern.search(text)]
+        names = [name for name, pattern in SIDES.items() if pattern.search(text)]
         if len(names) == 1:
             return names[0]
     return ""
@@ -79,8 +88,12 @@ def headings_exchanged(
         said = ["".join(column.letters) for column in part]
         if sorted(said) == sorted(letters) and said != [*letters]:
             k = next(k for k in range(len(said)) if said[k] != letters[k])
-            place = part[k].places[0]
-            made = [p for column in words for p in column.places[:1] if place in graph.upstream([p])]
-            text = f"{letters[k]} stands under the heading {said[k]}: exchanged"
-            return next(iter(made), place) if part[k].typed else place, text
+            return where(graph, part[k], words), f"{letters[k]} stands under the heading {said[k]}: exchanged"
     return ()
+
+
+def where(graph: Graph, column: Column, words: Sequence[Column]) -> Place:
+    """The first cell of a column, or of a word that is made of it."""
+    place = column.places[0]
+    made = [p for word in words for p in word.places[:1] if place in graph.upstream([p])]
+    return next(iter(made), place) if column.typed else place
