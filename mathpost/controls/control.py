@@ -88,6 +88,7 @@ class Control:
     # What F is in a block with TCP that only turns: "degrees" a minute, "rates" of the axes. Or "time": every block
     # that turns states its time, with TCP too, in which no axis exceeds its rate.
     turning_feed: str
+    without_tcp: tuple[str, ...]  # how lines begin before which TCP is switched off, and on again behind them
     feed_stated: bool  # whether a move at feed must state one
     between_blocks: str  # what it does there: one of `BETWEEN_BLOCKS`
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
@@ -336,6 +337,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
         turning_feed=motion.take("turning_feed", *one_of("degrees", "rates", "time"), "degrees"),
         between_blocks=motion.take("between_blocks", *one_of(*BETWEEN_BLOCKS), "look-ahead"),
+        without_tcp=tuple(motion.take("without_tcp", *LINES, ())),
         feed_stated=motion.take("feed_stated", TRUTH, "true or false", False),
         inverse_time=tuple(
             motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())

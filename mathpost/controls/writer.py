@@ -115,6 +115,7 @@ class Said:
     switches: dict[int, str]  # words that a move itself takes, by its number
     cycles: list[int]  # moves behind drilling cycles, which have a feed in mm per minute
     planes: list[int]  # the first moves in a tilted plane and behind it, in turn
+    further: list[int]  # moves to holes of the cycle that is on, which a word such as G0 would end
 
 
 def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
@@ -123,6 +124,7 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
     offset = edge = 1
     tcp = unnamed = False  # whether the control keeps the tip, and whether X Y Z name the tip no more
     selected = ""  # line of the work offset
+    speed: float | None = None  # of the spindle, as stated for this tool
     wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
     switched = np.flatnonzero(np.diff(wanted)) + 1
     changes = [0, *switched.tolist()]
@@ -132,6 +134,7 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
     cycles: list[int] = []
     drilled: list[int] = []
     planes: list[int] = []
+    further: list[int] = []
     cut = np.flatnonzero(~blocks.rapid)
     tools = [(row, remark.values[0]) for row, remark in commands(blocks.remarks, "tool")]
     following = {row: after for (row, now), (_, after) in pairwise([*tools, *tools[:1]]) if after != now}
@@ -153,7 +156,7 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
             elif kind == "tool":
                 lines += control.lines("TCP off") * tcp
                 tool, _, stated = remark.values
-                offset, edge, tcp = stated or tool, stated or 1, False
+                offset, edge, tcp, speed = stated or tool, stated or 1, False, None
                 change = (line.replace("{tool}", str(tool)) for line in machine.tool_change)
                 lines += [line.replace("{offset}", str(offset)) for line in change]
                 unnamed = not machine.tool_change
@@ -175,10 +178,13 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
                 if control.inverse_time and last >= max(cycles, default=0) and not np.isnan(blocks.seconds[last]):
                     lines.append(control.inverse_time[1])
                 cycles.append(row)
+                further += [row] if control.cycles and not control.cycles.before else []
                 lines += [line.format(**remark.values[1]) for line in remark.values[0]]
             elif kind in ("plane", "cycle off", "plane off"):
                 lines += remark.values[0]
                 (drilled if kind == "cycle off" else changes).append(row)
+                if further[-1:] == [row]:
+                    further.pop()
                 planes += [row] if kind.startswith("plane") else []
             elif kind == "offset":
                 lines += control.lines("TCP off") * tcp
@@ -186,6 +192,14 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
                 offset, edge, tcp = remark.values[0], remark.values[0], False
                 if wanted[row] or machine.programmed_point == "tip":
                     lines += control.said(remark)
+            elif kind == "spindle" and not remark.skip:
+                value, sense = remark.values
+                news = control.said(Command(kind, (None if value == speed else value, sense), ""))
+                if tcp and any(line.startswith(control.without_tcp) for line in news):
+                    lines += control.lines("TCP off")
+                    tcp = False
+                lines += news
+                speed = value if value is not None else speed
             else:
                 lines += control.said(remark)
             if remark.skip:
@@ -202,7 +216,7 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
         restored, pole = around.get(row, ([], []))
         between[row] = [*restored, *lines, *pole]
     anew, turned = (sorted({row for row in found if row < rows}) for found in ([*changes, *drilled], changes))
-    return Said(between, anew, turned, switches, cycles, planes)
+    return Said(between, anew, turned, switches, cycles, planes, further)
 
 
 def _around(control: Control, axes: tuple[str, ...], blocks: Blocks) -> dict[int, tuple[list[str], list[str]]]:
@@ -345,6 +359,7 @@ def _modes(
     if control.modal:
         changed = _changes(rapid + 2 * ~straight)
         changed[said.anew] = True
+        changed[[row for row in said.further if row < len(changed)]] = False
         words += [(control.linear, changed & ~rapid & straight), (control.rapid, changed & rapid)]
     if control.inverse_time:
         begins, cutting = np.zeros(len(rapid), bool), np.flatnonzero(~rapid)

@@ -13,6 +13,7 @@ from mathpost.controls import reader, writer
 from mathpost.controls.blocks import Blocks
 from mathpost.errors import InputError
 from mathpost.path import text as bulk
+from mathpost.path.modal import Command
 from tests.conftest import DATA, machine_code
 from tests.path.test_cl import mutations
 
@@ -374,3 +375,18 @@ def test_a_program_ends_once(dialect, own, last):
     machine = DMU if own is None else replace(DMU, program_head=("M8",), program_foot=own)
     lines = writer.write(blocks(), machine, dialect).splitlines()
     assert [re.sub(r"^N?\d+ ", "", line).strip() for line in lines[-len(last) :]] == last
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+def test_a_speed_is_stated_once_and_m128_is_off_at_a_tool_call(tcp):
+    """Heidenhain, M128: reset it before a TOOL CALL. A spindle that turns back keeps its speed."""
+    turns = [(3, 800.0, "CLW"), (5, 800.0, "CCLW"), (7, None, "CLW"), (9, 1500.0, "CLW")]
+    remarks = tuple((row, Command("spindle", (speed, sense), "")) for row, speed, sense in turns)
+    text = writer.write(replace(blocks(tcp=tcp), remarks=remarks), DMU, "heidenhain")
+    lines = [re.sub(r"^\d+ ", "", line) for line in text.splitlines()]
+    around = [["M129"], ["M128"]] if tcp else [[], []]
+    for speed, sense in (("800", "M3"), ("1500", "M3")):
+        at = lines.index(f"TOOL CALL S{speed}")
+        assert lines[at - tcp : at + 2 + tcp] == [*around[0], f"TOOL CALL S{speed}", sense, *around[1]]
+    assert lines.count("TOOL CALL S800") == 1 and lines.count("M4") == 1 and lines.count("M3") == 3
+    assert text.count("M128") == 3 * tcp and text.count("M129") == 3 * tcp
