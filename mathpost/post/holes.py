@@ -89,7 +89,7 @@ def _rows(draft: Draft, cycles: Cycles, piece: Hole) -> tuple[int, int] | None:
     motion, blocks = draft.moves.motion, draft.moves.blocks
     first, last = (int(np.searchsorted(motion.place, at, side="right")) - 1 for at in (piece.first, piece.last))
     there = motion.place[first] == piece.first  # or the tool has been above the hole before
-    if motion.place[last] != piece.last or last - first < 2 or not (there or _stands(draft, cycles, first, piece)):
+    if last - first < 2 or not (there or _stands(draft, cycles, first, piece)):
         return None
     body = slice(first, last + 1)
     if not draft.still(first, last) or blocks.tcp[body].any() or (motion.kind[body] != ON_PART).any():
@@ -100,7 +100,8 @@ def _rows(draft: Draft, cycles: Cycles, piece: Hole) -> tuple[int, int] | None:
     other = any(not any(remark is each for each in piece.said) for remark in said)
     along_z = np.abs(points[:, :2] - points[0, :2]).max() < SAME
     tool = draft.point(last, draft.path.cl.points[piece.first] + draft.path.cl.axes[piece.first]) - start
-    fed = (blocks.rapid[first] or not there) and not np.isfinite(blocks.seconds[first + 1 : last + 1]).any()
+    comes = draft.path.cl.rapid[motion.record[first]] or not there
+    fed = comes and not np.isfinite(blocks.seconds[first + 1 : last + 1]).any()
     if other or not along_z or tool[2] < 1 - 1e-7 or not fed:
         return None
     return first, last

@@ -26,14 +26,12 @@ from mathpost.path.deviation import (
     largest,
     sampled,
 )
+from mathpost.post.body import BODY, LEAST_BODY, in_body, may_be_rapid, spread, touched
 
 if TYPE_CHECKING:
     from mathpost.path.cl import CLData
     from mathpost.post.motion import Motion
 
-BODY = 5.0  # mm, assumed: the radius of the tool's body,
-LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
-MANY_POINTS = 5000  # that the body of the tool is held against one by one
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
@@ -62,8 +60,11 @@ def prove(
     real: ForwardKinematics | None = None,
     rapid_interpolated: bool = True,
     left_out: ArrayLike = (),
+    lines: np.ndarray | None = None,
 ) -> Proof:
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
+
+    `lines`, shape (2, k, 3), are those that all tools touch, by default this one.
 
     `MathpostError` if tip or tool axis are off the CL path by more than their tolerances, or a lifted tip goes into
     the part, or a block has another feed than the CL data, or less time than its feed and the rates of the machine
@@ -76,10 +77,10 @@ def prove(
     if not axis <= (granted := np.degrees(axis_tolerance)):
         raise MathpostError(f"{cl.name}: the tool axis is {axis:.4f}° off its great circle, more than {granted:g}°")
     if not rapid_interpolated:
-        _refuse_unknown_way(cl, blocks, motion)
+        _refuse_unknown_way(kin, cl, blocks, motion, lines)
     _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
     _refuse_collision(kin, cl, blocks, motion, real)
-    _refuse_other_feeds(cl, blocks, motion)
+    _refuse_other_feeds(cl, blocks, motion, slower=not rapid_interpolated)
     _refuse_too_fast(kin, cl, blocks, motion)
     return proof
 
@@ -160,12 +161,17 @@ def joints_of(kin: Kinematics, blocks: Blocks) -> np.ndarray:
     return joints
 
 
-def _refuse_unknown_way(cl: CLData, blocks: Blocks, motion: Motion) -> None:
-    """A lifted move that is rapid would go where nobody knows."""
-    rapid = np.flatnonzero(~motion.in_cut & blocks.rapid[1:])
-    if rapid.size:
-        record = cl.where(motion.place[rapid[0] + 1])
-        raise MathpostError(f"{record}: a lifted move is rapid, and each axis would run at its own rate")
+def _refuse_unknown_way(
+    kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion, lines: np.ndarray | None
+) -> None:
+    """A rapid move whose way nobody knows must be clear on every one."""
+    rows = 1 + np.flatnonzero(blocks.rapid[1:])
+    if lines is None:
+        lines = touched([(cl, np.zeros(3))])
+    unsure = rows[~may_be_rapid(kin, joints_of(kin, blocks), rows, lines)]
+    if unsure.size:
+        unknown = "each axis runs at its own rate, and on its way the tool may meet what the path touches"
+        raise MathpostError(f"{cl.where(motion.place[unsure[0]])}: a rapid move to it: {unknown}")
 
 
 def _refuse_below_the_part(
@@ -187,27 +193,6 @@ def _refuse_below_the_part(
             raise MathpostError(f"{cl.where(motion.place[moves[height.argmin()] + 1])}: {into}")
 
 
-def _spread(points: np.ndarray) -> np.ndarray:
-    """The indices of a sample of points, one in each cube of a fifth of the body's radius; of few points, all."""
-    if len(points) <= MANY_POINTS:
-        return np.arange(len(points))
-    return np.sort(np.unique(np.round(points / (BODY / 5)), axis=0, return_index=True)[1])
-
-
-def in_body(points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: float) -> np.ndarray:
-    """Whether points (n, 3) are inside the body of the tool at any of m poses, tips and axes (m, 3); shape (n,).
-
-    The body is a cylinder about the tool axis, `BODY` in radius, from the tip on, `length` mm long.
-    """
-    inside = np.zeros(len(points), bool)
-    for tip, axis in zip(tips, axes, strict=True):
-        off = points - tip
-        along = off @ axis
-        beside = np.vecdot(off, off) - along**2  # the square of the distance from the axis
-        inside |= (along > 0) & (along < length) & (beside < BODY**2)
-    return inside
-
-
 def _refuse_collision(
     kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion, real: ForwardKinematics | None
 ) -> None:
@@ -220,7 +205,7 @@ def _refuse_collision(
     if not moves.size:
         return
     machine, joints = real or kin, joints_of(kin, blocks)
-    length, records = max(kin.machine.tool_length, LEAST_BODY), _spread(cl.points)
+    length, records = max(kin.machine.tool_length, LEAST_BODY), spread(cl.points)
     points = cl.points[records]
     on_part = np.flatnonzero(~motion.lifted)
     tips, axes = machine.forward(joints[on_part])
@@ -242,15 +227,20 @@ def _refuse_collision(
                 raise MathpostError(f"{cl.where(motion.place[move + 1])}: on its way there, {way}, {touched}")
 
 
-def _refuse_other_feeds(cl: CLData, blocks: Blocks, motion: Motion) -> None:
-    """On the part: rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
+def _refuse_other_feeds(cl: CLData, blocks: Blocks, motion: Motion, slower: bool) -> None:
+    """On the part: rapid where the CL data are, and at their feed elsewhere, if no time is stated instead.
+
+    Where the CL data are rapid a program may be `slower`.
+    """
     feeds, rapid = cl.feeds[motion.record], cl.rapid[motion.record]
     on_part = np.r_[~motion.lifted[0], motion.in_cut]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
     as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
     steps = np.diff(blocks.words, axis=0, prepend=blocks.words[:1])
     only_turns = blocks.tcp & ~steps[:, :3].any(axis=1) & steps[:, 3:].any(axis=1)  # F is not that of the tip
-    wrong = on_part & ((blocks.rapid != rapid) | (by_feed & ~as_it_is & ~only_turns))
+    wrong = on_part & (
+        (blocks.rapid & ~rapid) | (rapid & ~blocks.rapid & (not slower)) | (by_feed & ~as_it_is & ~only_turns)
+    )
     if wrong.any():
         at = int(wrong.argmax())
         found = "rapid" if blocks.rapid[at] else f"feed {blocks.feeds[at]:g}"

@@ -210,9 +210,10 @@ def _warnings(plan: Plan, options: Options, spindles: bool) -> Iterator[str]:
         yield "cutter compensation: proved for a radius of 0 in the control's tool table"
     if commands(path.cl.remarks, "tool") and path.kin.machine.programmed_point != "tip" and not options.tcp:
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
-    rapid = path.cl.rapid.any() and not options.control.rapid_interpolated and not options.tcp
-    if rapid:
-        yield "rapid moves: each axis runs at its own rate on this control, so only their ends are proved"
+    slower = path.cl.rapid[motion.record] & ~plan.moves.blocks.rapid
+    if slower.any():
+        alone = "each axis would run at its own rate, and not every way is clear of what the path touches"
+        yield f"blocks at a feed where the CL data are in rapid traverse, {slower.sum()}: {alone}"
     if (np.isnan(path.cl.feeds) & ~path.cl.rapid).any():
         told = "state the time of the slowest axis" if options.control.feed_stated else "carry no F word"
         yield f"the CL data state no feed for some moves; they {told}"

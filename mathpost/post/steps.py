@@ -23,6 +23,7 @@ from mathpost.path.modal import Command
 from mathpost.post import proof, selection
 from mathpost.post.approach import approach_command, approached, approaches, counted_from, from_safe, unwound
 from mathpost.post.between_blocks import follow, in_the_air, linearize
+from mathpost.post.body import may_be_rapid, touched
 from mathpost.post.motion import LIFTED, SAFE, Motion
 from mathpost.post.options import TOLERANCE, Options
 from mathpost.post.selection import Selection
@@ -42,6 +43,11 @@ class ToolPath:
     offset: int | None = None  # number of the work offset that its points count from, if one is stated
     # Shape (3,), mm, from the origin of the first part of the path to that of this one.
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    parts: tuple[tuple[CLData, np.ndarray], ...] = ()  # all parts of the path, each with its shift
+
+    def touched(self) -> np.ndarray:
+        """Return the lines that all tools touch, see `mathpost.post.body.touched`."""
+        return touched([(cl, shift - self.shift) for cl, shift in self.parts])
 
 
 @dataclass(frozen=True)
@@ -104,7 +110,8 @@ def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
         with_setup = machine.with_setup(origin=origin, tool_length=length)
         shift = np.subtract(origin, paths[0].kin.machine.origin) if paths else np.zeros(3)
         paths.append(ToolPath(Kinematics(with_setup), part, part.first - cl.first, offset, shift))
-    return paths
+    parts = tuple((path.cl, path.shift) for path in paths)
+    return [replace(path, parts=parts) for path in paths]
 
 
 def what_the_control_holds(path: ToolPath, options: Options, planes: bool = False) -> list[str]:
@@ -291,8 +298,8 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     """Return the poses of a motion, but repetitions, as `Moves`: the words, feeds and times of the blocks.
 
     Lifted moves are rapid, but for the last one onto the part behind an approach. Where the control lets each axis
-    run at its own rate then, the tool would not stay on the line that is proved: there they state the time of the
-    slowest axis, or with TCP the feed of the CL data.
+    run at its own rate then, and not every way is clear, they state the time of the slowest axis instead, or with
+    TCP a feed: that of the CL data, or what the slowest slide can.
     """
     kin, cl, joints = path.kin, path.cl, np.array(motion.joints)
     # X Y Z of the machine at the safe position, and on the way from it to the lifted pose above the part.
@@ -312,14 +319,20 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
     plunge = np.r_[False, from_safe[:-1]] & ~np.isnan(feeds)  # onto the part: at its feed
     in_air = np.r_[motion.lifted[0], ~motion.in_cut] & ~plunge
-    rapid = rapid | in_air if options.control.rapid_interpolated else rapid & ~in_air
-    rapid[0] |= in_air[0]  # from where nobody knows, at the safe position
-    by_time = ((turning & ~np.isnan(feeds)) | in_air) & ~rapid
+    wanted = rapid | in_air
+    rapid = wanted.copy()
+    if not options.control.rapid_interpolated:
+        rows = 1 + np.flatnonzero(wanted[1:])  # the first comes from where nobody knows, at the safe position
+        rapid[rows] = may_be_rapid(kin, motion.joints, rows, path.touched() if rows.size else np.empty((2, 0, 3)))
+    by_time = ((turning & ~np.isnan(feeds)) | wanted) & ~rapid
     if options.control.turning_feed == "time":
         within_rates = np.where(tcp[1:], tcp_times(kin, motion.joints), 0)
         seconds = np.fmax(seconds, np.r_[np.nan, within_rates])
     else:
         by_time &= ~tcp
+    slow = wanted & ~rapid & np.isnan(feeds) & ~(by_time & ~np.isnan(seconds))
+    if slow.any():
+        feeds = np.where(slow, _instead_of_rapid(path, int(record[slow.argmax()])), feeds)
     if options.control.feed_stated and (unfed := np.isnan(feeds) & ~rapid & ~in_air).any():
         slowest = kin.machine.max_rates[:3].min()
         if np.isnan(kin.machine.max_rates).any():
@@ -338,6 +351,18 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
     by_feed = np.where(motion.at_feed(cl), feed_times(tip, feeds[1:]), np.nan)
     return Moves(motion, blocks, seconds[1:], by_feed)
+
+
+def _instead_of_rapid(path: ToolPath, record: int) -> float:
+    """A feed for moves that cannot be rapid, mm/min: what the slowest slide can, or else one of the CL data."""
+    rates = path.kin.machine.max_rates[:3]
+    known = path.cl.feeds[~np.isnan(path.cl.feeds)]
+    if not np.isnan(rates).any():
+        return float(60 * rates.min())
+    if not known.size:
+        expected = "rates of the slides, or a feed (FEDRAT), for a move that cannot be rapid"
+        raise InputError(path.cl.where(record), expected, "none")
+    return float(known[0])
 
 
 def refuse_turning_compensation(path: ToolPath, blocks: Blocks) -> None:

@@ -228,7 +228,8 @@ def test_holes_and_planes_are_run(number, tilted):
         above = beside < 1e-3
         assert height[above].min() == pytest.approx(-depth, abs=1e-3)
         cut = [moves[move] for move in np.unique(samples.move[above & (height < clearance - 0.01)])]
-        down = [move for move in cut if move.kind == "feed"]
+        # A head whose axes run at their own rates in rapid traverse states the time of the way out.
+        down = [move for move in cut if move.kind == "feed" and move.modal["feed mode"] != 93]
         assert down and all(move.feed == pytest.approx(feed, abs=2e-3) for move in down)
     assert samples.tip[-1] @ axis == pytest.approx(30, abs=1e-3)
     assert min(samples.tip @ axis) > -20 - 1e-3

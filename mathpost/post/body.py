@@ -1,0 +1,120 @@
+"""The tool's body, held against what a path touches: along a known way, and where nobody knows the way.
+
+Where a control moves each axis at its own rate, a rapid move starts all axes at once, and each stops when it is
+there. The tool leaves the straight line; how far, and to which side, depends on rates and accelerations. Whatever
+they are, the slides stay in the box between both ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.cl import CLData
+
+BODY = 5.0  # mm, assumed: the radius of the tool's body,
+LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
+MANY_POINTS = 5000  # that the body of the tool is held against one by one
+STILL = 1e-3  # mm or degrees; an axis that moves less moves by its printed digits
+FEW = 2  # directions that are tried together
+ABOVE = 0.01  # mm above the tip, where the body of the tool begins: what it slides over does not count
+AROUND = 32  # directions about the tool axis,
+EVENLY = 200  # and in all directions, in which a gap is looked for
+
+
+def spread(points: np.ndarray) -> np.ndarray:
+    """Return the indices of a sample of points, one in each cube of a fifth of the body's radius; of few, all."""
+    if len(points) <= MANY_POINTS:
+        return np.arange(len(points))
+    return np.sort(np.unique(np.round(points / (BODY / 5)), axis=0, return_index=True)[1])
+
+
+def in_body(points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: float) -> np.ndarray:
+    """Whether points (n, 3) are inside the body of the tool at any of m poses, tips and axes (m, 3); shape (n,).
+
+    The body is a cylinder about the tool axis, `BODY` in radius, from the tip on, `length` mm long.
+    """
+    inside = np.zeros(len(points), bool)
+    for tip, axis in zip(tips, axes, strict=True):
+        off = points - tip
+        along = off @ axis
+        beside = np.vecdot(off, off) - along**2  # the square of the distance from the axis
+        inside |= (along > 0) & (along < length) & (beside < BODY**2)
+    return inside
+
+
+def touched(parts: Sequence[tuple[CLData, np.ndarray]]) -> np.ndarray:
+    """Return the lines that a tool cuts along, shape (2, k, 3), from where to where, in mm.
+
+    `parts` are CL data and how far their origin is from that of the points that are returned.
+    """
+    lines = []
+    for cl, shift in parts:
+        ends = np.flatnonzero(~cl.rapid)
+        starts = np.maximum(ends - 1, 0)
+        long = np.linalg.norm(cl.points[ends] - cl.points[starts], axis=1) > BODY / 5
+        kept = np.union1d(np.flatnonzero(long), spread(cl.points[ends]))
+        lines.append(np.array([cl.points[starts[kept]], cl.points[ends[kept]]]) + shift)
+    return np.concatenate(lines, axis=1)
+
+
+def may_be_rapid(kin: Kinematics, joints: np.ndarray, rows: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """Whether each of the moves to some rows of `joints`, shape (n, 5), may be rapid, each axis at its own rate.
+
+    It may if one axis moves alone; or if slides move and nothing else, and the body of the tool stays clear of all
+    `lines` that the path touches, shape (2, k, 3), in which order ever the slides arrive.
+    """
+    steps = np.abs(joints[rows] - joints[rows - 1]) * kin.machine.units > STILL
+    found = steps.sum(axis=1) <= 1
+    slides = np.flatnonzero(~found & ~steps[:, 3:].any(axis=1))
+    length = max(kin.machine.tool_length, LEAST_BODY)
+    positions, group = np.unique(joints[rows[slides], 3:].round(9), axis=0, return_inverse=True)
+    for number, angles in enumerate(positions):
+        moves = slides[group == number]
+        ends = joints[[rows[moves] - 1, rows[moves]], :3]
+        _, axis = kin.forward(np.r_[np.zeros(3), angles])
+        body = _Body((kin.close(axis, angles) - kin.close(np.zeros(3), angles))[:3], length)
+        # Where the slides put the tip on the lines.
+        of_lines = kin.close(lines, np.broadcast_to(angles, (*lines.shape[:2], len(angles))))[..., :3]
+        lowest = (ends @ body.axis).mean(axis=0) - np.abs(ends[1] - ends[0]) @ np.abs(body.axis) / 2
+        found[moves] = lowest + ABOVE > (of_lines @ body.axis).max(initial=-np.inf)
+        for move in np.flatnonzero(~found[moves]):
+            found[moves[move]] = body.clear(ends[:, move], of_lines)
+    return found
+
+
+class _Body:
+    """The body of a tool that does not turn: a cylinder from just above the tip on, and directions to part it in.
+
+    Two convex bodies are apart if some direction parts them; one that the few here do not find counts as none.
+    """
+
+    def __init__(self, axis: np.ndarray, length: float) -> None:
+        self.axis = axis
+        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        across /= np.linalg.norm(across)
+        turn = np.arange(AROUND)[:, None] * 2 * np.pi / AROUND
+        around = np.cos(turn) * across + np.sin(turn) * np.cross(axis, across)
+        height = 1 - (2 * np.arange(EVENLY) + 1) / EVENLY
+        turn = np.pi * (1 + np.sqrt(5)) * np.arange(EVENLY)  # a Fibonacci lattice on the sphere
+        evenly = np.stack([np.cos(turn), np.sin(turn), height], axis=1)
+        evenly[:, :2] *= np.sqrt(1 - height**2)[:, None]
+        self.directions = np.concatenate([[-axis, axis], np.eye(3), -np.eye(3), around, evenly])
+        along = self.directions @ axis
+        self.reach = np.maximum(ABOVE * along, length * along) + BODY * np.sqrt(np.maximum(1 - along**2, 0))
+
+    def clear(self, ends: np.ndarray, lines: np.ndarray) -> bool:
+        """Whether no line, (2, k, 3), meets the body anywhere in the box of slides between two ends, (2, 3)."""
+        middle, half = ends.mean(axis=0), np.abs(ends[1] - ends[0]) / 2
+        most = np.abs(self.directions) @ half + self.reach  # of box and body together, in each direction
+        for some in range(0, len(self.directions), FEW):
+            directions = self.directions[some : some + FEW]
+            apart = ((lines - middle) @ directions.T).min(axis=0) > most[some : some + FEW]
+            lines = lines[:, ~apart.any(axis=1)]
+            if not lines.size:
+                return True
+        return False
