@@ -193,10 +193,10 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
     doubts, notes = verdict.judge(problem, solution)
     doubts = (*files.copied(blocks), *doubts, *apart(problem, solution))
     notes = (*notes, *verdict.left_out(problem, solution, found))
-    far = verdict.far_off(found)
-    if all(each.method in files.PROBED for each in blocks):  # which may be meant to find an axis
-        return replace(found, doubts=doubts, notes=(*far, *notes))
-    return replace(found, doubts=(*far, *doubts), notes=notes)
+    far, unmoved = verdict.far_off(found), verdict.unmoved(problem)
+    if any(each.method not in files.PROBED for each in blocks) or (far and unmoved):
+        return replace(found, doubts=(*far, *unmoved, *doubts), notes=notes)
+    return replace(found, doubts=doubts, notes=(*far, *unmoved, *notes))  # a probe may be meant to find an axis
 
 
 def _calibration(problem: Problem, solution: Solution, bar: dict[str, Value]) -> Calibration:

@@ -70,7 +70,8 @@ def _advised(problem: Problem, names: list[str], noise: float) -> dict[str, list
                 continue
             tied = {each for name, others in more.reasons.items() for each in (name, *(others or []))}
             for name in left:
-                if name not in tied and more.would_tell(name, noise):
+                first = count == 1 or name not in found
+                if first and name not in tied and more.would_tell(name, noise):
                     advice = _listed(list(words)) + (", in all combinations" if crossed else "")
                     found.setdefault(name, []).append(advice)
     return found

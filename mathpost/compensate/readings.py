@@ -135,6 +135,7 @@ def taken(table: Table, machine: Machine) -> Read:
         _obey_places(table, ("at",))
         return bar(table, machine)
     _obey_places(table, set(table) - {*METHODS[method]["readings"], *RUNS})
+    _refuse_zeros(table, method)
     if method not in POSITIONING:
         return _readings(table, machine, method)
     runs = positioning(table, machine)
@@ -159,6 +160,16 @@ def _obey_places(table: Table, names: Collection[str]) -> None:
                 f"the unit of {name!r}, too, behind its name: {name} (in) or {name} (mm)", "# unit = in alone"
             )
     table.obey_units(names)
+
+
+def _refuse_zeros(table: Table, method: str) -> None:
+    """Refuse a last row of nothing but zeros, and a feature found at zero far from where it was before."""
+    names = [name for name in METHODS[method]["readings"] if name in table] if method in PROBED else list(table)
+    cells = np.column_stack([np.asarray(table[name], dtype=float) for name in names])
+    far = np.abs(cells).max() > LARGEST
+    if len(cells) > 1 and not cells[-1].any() and (far if method in PROBED else len(names) > 2):
+        where = f"{table.path}, line {table.lines[-1]}"
+        raise InputError(where, "a reading (delete the row if it was not measured)", "a row of zeros")
 
 
 def _readings(table: Table, machine: Machine, method: str) -> Readings:
@@ -228,7 +239,7 @@ def _readings(table: Table, machine: Machine, method: str) -> Readings:
         sigma=stated_sigma(table, table.unit(columns[0], "length")),
         order=np.tile(np.linspace(0, 1, count), len(columns)),
         rows=tuple((line, name) for name in columns for line in table.lines),
-        notes=table.notes,
+        notes=(*table.notes, *_unread(table, method, columns)),
         doubts=_repeated(table),
     )
 
@@ -298,6 +309,13 @@ def copied(blocks: Sequence[Readings]) -> Iterator[str]:
             if others.issuperset(map(tuple, rows)):
                 yield f"{block.where}: its readings all stand in {where}, too: read twice, they make U too small"
         seen[block.where] = set(map(tuple, rows))
+
+
+def _unread(table: Table, method: str, columns: Collection[str]) -> Iterator[str]:
+    """Yield a note on each coordinate of a probed feature that is not in the file: an axis may lean along it."""
+    for name in "xyz" if method in PROBED else "":
+        if name not in columns:
+            yield f"{table.path}: {name} was not read: an axis is found as it is at the feature's {name}"
 
 
 def _axis(table: Table, machine: Machine, method: str) -> Rotary | None:

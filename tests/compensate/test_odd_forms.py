@@ -126,6 +126,7 @@ FORMS = {  # what is done to the file, and what must come of it: "right", or "sa
     "cut inside the last number": (lambda c: c[:-3], "said"),
     "cut inside the last row": (lambda c: c[:-1].rpartition(",")[0], "said"),
     "every row twice": (_form(lambda h, n, r: (h, n, [row for row in r for _ in range(2)])), "said"),
+    "a row of zeros at the end": (_form(lambda h, n, r: (h, n, [*r, ["0"] * len(n)])), "said"),
     "no unit": (lambda c: re.sub("# unit.*\n", "", c), "said"),
     "in inches, places not said": (lambda c: re.sub("unit = .*", "unit = in", c), "said"),
     "a thousand times too small": (_form(lambda h, n, r: (h, n, _times(n, r, _readings(n), 1e-3))), "said"),
@@ -398,6 +399,20 @@ def test_one_place_three_times_tells_nothing(tmp_path):
     path.write_text("# method = centre\n# unit = mm\nC,x,y\n0,80.001,2\n0,80,2.001\n0,80.002,2\n", encoding="utf-8")
     with pytest.raises(InputError, match="expected readings at several angles of an axis, found none that tells"):
         calibrate(machines.load("ac_table"), [path])
+
+
+@pytest.mark.parametrize(
+    ("at", "fits"), [("0.001,0.002 0,0.001 0.002,0", True), ("80.001,2 80,2.001 80.002,2", False)]
+)
+def test_a_feature_that_does_not_move(at, fits, tmp_path):
+    """It is on the axis, or the table did not turn: a doubt where the axis would be far from where it was."""
+    path = tmp_path / "centre.csv"
+    rows = [f"{angle},{place}\n" for angle, place in zip((0, 120, 240), at.split(), strict=True)]
+    path.write_text("# method = centre\n# unit = mm\nC,x,y\n" + "".join(rows), encoding="utf-8")
+    found = calibrate(machines.load("ac_table"), [path])
+    assert found.fits == fits
+    assert any("it is on the axis, or the table did not turn" in each for each in (*found.doubts, *found.notes))
+    assert any("z was not read" in each for each in found.notes)
 
 
 @pytest.mark.parametrize(("label", "factor"), [("x (cm)", 0.1), ("x (m)", 1e-3), ("A (gon)", 1 / 0.9)])
