@@ -12,7 +12,10 @@ import scipy
 if TYPE_CHECKING:
     from mathpost.compensate.problem import Problem, Solution
 
-CHANCE = 0.002  # of files that agree, below which one is doubted
+# Chance of files that agree, below which one is doubted. Of 300 right simulated sets of 2 or 3 files, half of them
+# with every error that is assumed, 10 are below 0.05, 4 below 0.02, 1 below 0.01, none below 0.005. Where an axis
+# moves by 2 µm before one of three files (noise 0.5 and 1 µm) 72 % are doubted, from 5 µm or 40 µrad on all.
+CHANCE = 0.002
 NOTHING = 1e-8  # of the greatest eigenvalue: a combination of unknowns that a file says nothing of
 
 

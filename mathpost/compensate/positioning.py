@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
 from mathpost.measure import spline
 
@@ -19,7 +20,12 @@ LARGEST = 5  # mm: of a deviation
 SMALLEST = 0.05  # arcsec or µm: deviations that are all smaller were given in another unit
 ROUNDING = 1e-9  # mm or radians: no reading scatters less
 FEWEST = 4  # targets at which runs are compared
-ODD = 4  # times what other runs differ at a target, by which one run is not like them
+# One run is not like the others if it differs from them by so many times what they differ at a target, and beyond
+# chance. Of 3,000 right simulated files of 3 to 10 runs, 4 to 37 targets and readings rounded to 0.1 or 0.5, one in
+# 2,500 is doubted; of runs with the other sign 92 % are named where the error is 5 times the noise, 99 % at 15
+# times. (4 times alone: one in 125, and every third file of 3 runs and 4 targets that is rounded; 96 and 100 %.)
+ODD = 3
+CHANCE = 0.002
 CLOSED = 4  # standard deviations by which a turn may fail to close
 
 
@@ -114,11 +120,15 @@ def _odd_run(path: str, columns: Sequence[str], backwards: Sequence[bool], value
     peers = [n for n, side in enumerate(backwards) if list(backwards).count(side) > 1]
     if len(columns) < 3 or len(values) < FEWEST or not peers:
         return ()
-    shape = values - values.mean(axis=0)
+    shape, targets, spare = values - values.mean(axis=0), len(values) - 1, len(columns) - 2
+    steps = np.diff(np.unique(np.round(values, 12)))
+    rounded = steps.min() / np.sqrt(12) if len(steps) else 0.0  # what scatters less was rounded
     noise = {n: float(np.sqrt(np.delete(shape, n, axis=1).var(axis=1, ddof=1).mean())) for n in peers}
     odd = min(peers, key=lambda n: noise[n])
-    least, others = max(noise[odd], ROUNDING), np.delete(shape, odd, axis=1).mean(axis=1)
-    if np.sqrt(np.mean((shape[:, odd] - others) ** 2)) < ODD * least:
+    least, others = max(noise[odd], rounded, ROUNDING), np.delete(shape, odd, axis=1).mean(axis=1)
+    times = np.sqrt(np.mean((shape[:, odd] - others) ** 2)) / least
+    chance = scipy.stats.f.sf(times**2 / (1 + 1 / (spare + 1)), targets, targets * spare) * len(peers)
+    if times < ODD or chance > CHANCE:
         return ()
     turned = np.sqrt(np.mean((shape[:, odd] + others) ** 2)) < 2 * least
     said = ": with the other sign it would agree" if turned else ""

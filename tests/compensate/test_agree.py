@@ -61,3 +61,10 @@ def test_a_run_of_the_other_sign_is_named(run, tmp_path):
     found = _calibrated(tmp_path, ["\n".join([head, names, *(",".join(row) for row in cells), ""])])
     name = names.split(",")[1 + run]
     assert any(f"column {name!r}: this run alone differs from the others: with" in each for each in found.doubts)
+
+
+def test_a_run_that_differs_by_its_rounding_is_like_the_others(tmp_path):
+    """Readings in steps of 0.5: two runs that happen to be the same do not make the third an odd one."""
+    rows = ["0,0.5,0.5,0.5", "90,1.0,1.0,1.5", "180,-0.5,-0.5,-0.5", "270,0.0,0.0,-0.5"]
+    content = "\n".join(["# method = laser", "# axis = C", "# unit = arcsec", "position,up1,up2,up3", *rows, ""])
+    assert _calibrated(tmp_path, [content]).fits
