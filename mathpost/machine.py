@@ -141,10 +141,18 @@ class Machine:
     @property
     def slides(self) -> np.ndarray:
         """The positions of the slides X Y Z when their words are 0, mm, shape (3,); see `limits_of`."""
-        if self.limits_of == "words":
-            return np.zeros(3)
+        return np.zeros(3) if self.limits_of == "words" else self.slide_positions(np.zeros(3))
+
+    def slide_positions(self, words: ArrayLike, tool_length: ArrayLike | None = None) -> np.ndarray:
+        """Return the machine coordinates of the slides, mm, shape (..., 3), at words X Y Z, shape (..., 3).
+
+        They are what the encoders count, and what a control shows in machine coordinates while no tool length is
+        active (G53, M91, SUPA). The same tip needs other positions with a longer tool: where the words name the tip,
+        the control adds `tool_length`, mm, shape (...), by default that of the machine.
+        """
+        length = self.tool_length if tool_length is None else tool_length
         axis = np.array(self.tool_axis) / np.linalg.norm(self.tool_axis)
-        return np.array(self.origin) + (self.programmed_point == "tip") * self.tool_length * axis
+        return np.asarray(words) + self.origin + (self.programmed_point == "tip") * np.multiply.outer(length, axis)
 
     @property
     def limits(self) -> np.ndarray:

@@ -10,7 +10,7 @@ limited, X Y Z still correct the tip, and a point that would nevertheless become
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,7 +31,6 @@ MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6
 ROUNDING = 1e-13  # radians
 NEGLIGIBLE = 1e-4, 1e-7  # mm and radians by which "worse" is not worth refusing
 Pose = tuple[np.ndarray, np.ndarray]  # tip and tool axis
-_model = lru_cache(maxsize=8)(ErrorModel)  # to derive and compile one takes seconds
 _SIX, _POINT = sp.symbols(tuple(COMPONENTS), real=True), sp.symbols(("px", "py", "pz"), real=True)
 
 
@@ -41,19 +40,20 @@ class CalibratedKinematics:
     A turn behind a constant error frame E is the turn about the line that E has moved, followed by E: E·Turn(line)
     = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a `machine` with other axes and pivots, slides
     with other directions, and one small displacement of the `workpiece` or the tool: a machine with the closed-form
-    inverse of `mathpost.kinematics`. `constant`, shape (33,), is in the order of `model.names`, mm and radians.
+    inverse of `mathpost.kinematics`; it has no tool, and its words are the positions of its slides. `constant`, shape
+    (33,), is in the order of `model.names`, mm and radians.
     """
 
     def __init__(self, model: ErrorModel, constant: ArrayLike) -> None:
         self.slides = np.empty((3, 3))  # true directions of X, Y and Z as columns
-        machine, errors = model.machine, dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
+        self.nominal = model.machine
+        machine = model.machine.with_setup(origin=np.zeros(3), tool_length=0.0)
+        errors = dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
         moved: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-        origin = _translation(machine.origin)
-        frame = self._outwards("workpiece", machine, errors, moved, start=np.zeros(3))
-        self.workpiece = np.linalg.inv(origin) @ frame @ origin
+        self.workpiece = self._outwards("workpiece", machine, errors, moved, start=np.zeros(3))
         # Beyond the slides the chain counts from the spindle nose.
         axis = unit(machine.tool_axis)
-        programmed = named_point(machine, machine.tool_length)
+        programmed = named_point(machine, 0.0)
         frame = self._outwards("tool", machine, errors, moved, start=programmed)
         nose, rotary = frame[:3, 3], []
         for each in machine.rotary:
@@ -95,10 +95,11 @@ class CalibratedKinematics:
 
         Parameters, result and errors are those of `mathpost.kinematics.Kinematics.inverse`; radians.
         """
-        turned, shift = self.workpiece[:3, :3].T, self.workpiece[:3, 3]
-        joints = self._kinematics.inverse(np.asarray(tip) @ turned + shift, np.asarray(axis) @ turned)
-        origin = np.array(self.machine.origin)
-        joints[..., :3] = np.linalg.solve(self.slides, (joints[..., :3] + origin)[..., None])[..., 0] - origin
+        turned, shift, nominal = self.workpiece[:3, :3].T, self.workpiece[:3, 3], self.nominal
+        nose = np.asarray(tip) + nominal.origin + nominal.tool_length * unit(axis)
+        joints = self._kinematics.inverse(nose @ turned + shift, np.asarray(axis) @ turned)
+        positions = np.linalg.solve(self.slides, joints[..., :3, None])[..., 0]
+        joints[..., :3] = positions - nominal.slide_positions(np.zeros(3))
         return joints
 
 
@@ -161,7 +162,7 @@ class Compensator:
 
     def __init__(self, errors: MachineErrors, *, max_turn: float = MAX_TURN) -> None:
         self.errors, self.max_turn = errors, max_turn
-        self.machine, self.model = errors.machine, _model(errors.machine)
+        self.machine, self.model = errors.machine, ErrorModel(errors.machine)
 
     @cached_property
     def calibrated(self) -> CalibratedKinematics:

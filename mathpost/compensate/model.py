@@ -27,8 +27,10 @@ Bohez (source 001) has two groups of errors. In a file, the errors that do not d
     endless = true                    # repeats after 360°; without it the errors end where the table ends
     interpolation = "spline"          # or "linear"
 
-Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is
-taken to be where the ideal machine would have it: subtract any error that probing it on the machine has removed.
+The position of a slide is what its encoder counts, whatever the tool: its machine coordinate while no tool length is
+active, `Machine.slide_positions`. There, with the slides beyond it at 0, is its own place: for the last of them the
+spindle nose, or the point of the head that X Y Z name. The workpiece is taken to be where the ideal machine would
+have it: subtract any error that probing it on the machine has removed.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,7 +55,7 @@ from mathpost.rotation import ACTIVE, unit
 from mathpost.toml_table import TomlTable, a_number, only_if, read_toml, some_text
 
 if TYPE_CHECKING:
-    from mathpost.chain import Geometry, Link
+    from mathpost.chain import Link
     from mathpost.measure.spline import Curve
 
 COMPONENTS = "XYZABC"
@@ -70,7 +72,8 @@ def error_names(machine: Machine) -> tuple[str, ...]:
 class ErrorModel:
     """The chain of a machine with its errors as symbols, its derivatives, and both compiled.
 
-    `joints` are 5 sympy symbols, `errors` 33 in the order of `names`, which is that of `error_names`.
+    `joints` are 5 sympy symbols, `errors` 33 in the order of `names`, which is that of `error_names`. What is compiled
+    serves every origin and tool length.
 
     Examples
     --------
@@ -93,9 +96,17 @@ class ErrorModel:
         self.symbol = dict(zip(self.names, self.errors, strict=True))
         self._compiled: dict[tuple[str, ...], Callable[..., np.ndarray]] = {}
 
+    @cached_property
+    def _bare(self) -> ErrorModel:
+        """The model without a tool, whose words are the positions of the slides: one for all set-ups."""
+        return _model(self.machine.with_setup(origin=np.zeros(3), tool_length=0.0))
+
     def links(self) -> list[Link]:
         """Return the chain from the workpiece to the tool as a list of `mathpost.chain.Link`."""
         data = chain.Geometry.numbers(self.machine)
+        # Where words name the tip, the control adds the tool to the positions of the slides.
+        added = -data.programmed_point * int(self.machine.programmed_point == "tip")
+        zero = data.origin + added
         ideal = {link.name: link for link in chain.links(self.machine)}
         tables, heads = [], []
         for rotary, _, sign in chain.between(self.machine):
@@ -105,18 +116,18 @@ class ErrorModel:
             else:
                 heads += [self._error(rotary.name, point), ideal[rotary.name]]
         for name in reversed(self.machine.slides_that_carry("workpiece")):
-            tables += [self._error(name, inverse=True), self._slide(name, data)]
+            tables += [self._error(name, inverse=True), self._slide(name, zero)]
         names = self.machine.slides_that_carry("tool")
-        slides = [link for name in names for link in (self._slide(name, data), self._error(name))]
-        programmed = chain.Link("programmed", chain.homogeneous(sp.eye(3), -data.programmed_point))
+        slides = [link for name in names for link in (self._slide(name, zero), self._error(name))]
+        programmed = chain.Link("programmed", chain.homogeneous(sp.eye(3), -data.programmed_point - added))
         return [ideal["workpiece"], *tables, *slides, programmed, *heads, ideal["tool"]]
 
-    def _slide(self, name: str, data: Geometry) -> Link:
+    def _slide(self, name: str, zero: sp.Matrix) -> Link:
         """Travel along a path that squareness errors turn: a workpiece slide runs the other way, backwards."""
         index = "XYZ".index(name)
         turned = sp.Matrix([self.symbol.get(f"E{axis}0{name}", 0) for axis in "ABC"])
         path = sp.eye(3)[:, index] + turned.cross(sp.eye(3)[:, index])
-        return chain.Link(name, chain.homogeneous(sp.eye(3), (data.origin[index] + self.joints[index]) * path))
+        return chain.Link(name, chain.homogeneous(sp.eye(3), (zero[index] + self.joints[index]) * path))
 
     def _error(self, name: str, point: sp.Matrix | None = None, inverse: bool = False) -> Link:
         """The error frame of a joint at `point`; of a slide, at the place that the slide itself has carried."""
@@ -156,9 +167,10 @@ class ErrorModel:
 
         `joints`, shape (..., 5), and `errors`, shape (..., 33) in the order of `names`, are mm and radians.
         """
-        joints, errors = as_array(joints, 5, "joints"), as_array(errors, len(self.names), "errors")
-        pose = self._forward(*np.moveaxis(joints, -1, 0), *np.moveaxis(errors, -1, 0))
-        return pose[..., :3], pose[..., 3:]
+        joints, errors = self._slides_and_angles(joints), as_array(errors, len(self.names), "errors")
+        pose = self._bare._forward(*joints, *np.moveaxis(errors, -1, 0))
+        nose, axis = pose[..., :3], pose[..., 3:]
+        return nose - self.machine.tool_length * axis - self.machine.origin, axis
 
     def jacobian(self, joints: ArrayLike) -> np.ndarray:
         """Return d(tip, axis)/d(joints) of the ideal machine, shape (..., 6, 5), at `joints` in radians."""
@@ -174,9 +186,21 @@ class ErrorModel:
         return numeric((*matrix[:3, 3], *matrix[:3, 2]), (*self.joints, *self.errors))
 
     def _derivatives(self, joints: ArrayLike, names: tuple[str, ...]) -> np.ndarray:
-        if names not in self._compiled:
-            self._compiled[names] = numeric(sp.ImmutableMatrix.hstack(*map(self.sensitivity, names)), self.joints)
-        return self._compiled[names](*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
+        compiled = self._bare._compiled
+        if names not in compiled:
+            compiled[names] = numeric(sp.ImmutableMatrix.hstack(*map(self._bare.sensitivity, names)), self.joints)
+        found = compiled[names](*self._slides_and_angles(joints))
+        found[..., :3, :] -= self.machine.tool_length * found[..., 3:, :]
+        return found
+
+    def _slides_and_angles(self, joints: ArrayLike) -> list[np.ndarray]:
+        """The five arguments of what was compiled: machine coordinates of the slides, and the angles."""
+        joints = as_array(joints, 5, "joints")
+        slides = self.machine.slide_positions(joints[..., :3])
+        return [*np.moveaxis(slides, -1, 0), *np.moveaxis(joints[..., 3:], -1, 0)]
+
+
+_model = lru_cache(maxsize=8)(ErrorModel)  # to derive and compile one takes seconds
 
 
 def error_frame(errors: Sequence[sp.Symbol], point: sp.Matrix, inverse: bool = False) -> sp.Matrix:
@@ -213,9 +237,13 @@ class MachineErrors:
         return errors
 
 
-def table_position(machine: Machine, joints: np.ndarray, joint: int) -> np.ndarray:
-    """The position of a joint as its tables count it: degrees, or mm in machine coordinates."""
-    return np.rad2deg(joints[..., joint]) if joint > 2 else joints[..., joint] + machine.origin[joint]
+def table_position(
+    machine: Machine, joints: np.ndarray, joint: int, tool_length: ArrayLike | None = None
+) -> np.ndarray:
+    """The position of a joint as its tables count it: degrees, or mm of `Machine.slide_positions`."""
+    if joint > 2:
+        return np.rad2deg(joints[..., joint])
+    return machine.slide_positions(joints[..., :3], tool_length)[..., joint]
 
 
 def named_point(machine: Machine, length: ArrayLike) -> np.ndarray:

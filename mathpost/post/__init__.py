@@ -108,7 +108,6 @@ def run(
     name = name or Path(cl.name).stem
     paths = tool_paths(cl, machine)
     origins = _origins(paths, asked)
-    _refuse_other_setups(paths, machine, asked)
     plans: list[Plan] = []
     for path in paths:
         planned = plan(path, asked, asked.choosing.start, progress, before=plans[-1] if plans else None)
@@ -152,24 +151,12 @@ def _origins(paths: list[ToolPath], options: Options) -> dict[str, tuple[float, 
     return origins
 
 
-def _refuse_other_setups(paths: list[ToolPath], machine: Machine, options: Options) -> None:
-    """Errors were measured with one tool, at one place."""
-    if options.errors is None:
-        return
-    for path in paths:
-        if path.kin.machine.tool_length != machine.tool_length:
-            found = "CL data with other lengths"
-            raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", found)
-        if path.kin.machine.origin != machine.origin:
-            raise InputError("errors", "one work offset, that of the machine file's origin", f"{path.offset}")
-
-
 def _proof(plan: Plan, options: Options) -> Proof:
     """The proof of the moves of one tool, as read back; records are those of the whole path."""
-    moves = plan.moves
+    moves, kin = plan.moves, plan.path.kin
     found = proof.prove(
-        plan.path.kin, plan.path.cl, moves.blocks, moves.motion, options.tolerance, options.axis_tolerance,
-        real=options.real, rapid_interpolated=options.control.rapid_interpolated, left_out=moves.pecks,
+        kin, plan.path.cl, moves.blocks, moves.motion, options.tolerance, options.axis_tolerance,
+        real=options.real(kin.machine), rapid_interpolated=options.control.rapid_interpolated, left_out=moves.pecks,
         lines=None if options.control.rapid_interpolated else plan.path.touched(),
     )  # fmt: skip
     return replace(found, worst_record=plan.path.first + found.worst_record)

@@ -1,7 +1,6 @@
 """What a post-processing run is asked to do, as one value that checks itself."""
 
-from dataclasses import dataclass, field, fields
-from functools import cached_property
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -108,7 +107,6 @@ class Options:
         """Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss."""
         return np.radians(10.0**-self.control.decimals) + AXIS_RESOLUTION
 
-    @cached_property
-    def real(self) -> Compensator | None:
-        """The machine as it was measured, if it was."""
-        return None if self.errors is None else Compensator(self.errors)
+    def real(self, machine: Machine) -> Compensator | None:
+        """Return the machine as it was measured, if it was, set up as `machine`: with its origin and tool."""
+        return None if self.errors is None else Compensator(replace(self.errors, machine=machine))

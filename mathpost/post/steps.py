@@ -172,9 +172,10 @@ def plan(
     motion = keep_tip(path, motion, options)
     measured: proof.Proof | None = None
     cautions: tuple[str, ...] = ()
-    if options.real is not None:
+    real = options.real(path.kin.machine)
+    if real is not None:
         measured = uncompensated(path, motion, options)
-        motion, cautions = compensate(path, motion, options.real)
+        motion, cautions = compensate(path, motion, real)
     moves = to_moves(path, motion, options)
     held = [] if before is None else what_the_control_holds(before.path, options)
     said = tuple((0, line) for line in what_the_control_holds(path, options) if line not in held)
@@ -276,7 +277,8 @@ def _refuse_out_of_travel(path: ToolPath, motion: Motion) -> None:
 def uncompensated(path: ToolPath, motion: Motion, options: Options) -> proof.Proof:
     """Return what the machine as it was measured would make of the motion as it is."""
     moves = to_moves(path, motion, options)
-    return proof.measured(path.kin, path.cl, moves.blocks, moves.motion, real=options.real)
+    real = options.real(path.kin.machine)
+    return proof.measured(path.kin, path.cl, moves.blocks, moves.motion, real=real)
 
 
 def compensate(path: ToolPath, motion: Motion, real: Compensator) -> tuple[Motion, tuple[str, ...]]:

@@ -28,7 +28,7 @@ def stacked(model, joints, errors):
         moved = Rotation.from_euler("xyz", [e[f"E{c}{name}"] for c in "ABC"])  # extrinsic: Rz·Ry·Rx
         return moved, np.array([e[f"E{c}{name}"] for c in "XYZ"]) + point - moved.apply(point)
 
-    def outwards(slides, rotary, sign, start):
+    def outwards(slides, rotary, sign, fixed):
         turned, place = Rotation.identity(), np.zeros(3)
 
         def attach(rotation, shift):
@@ -40,9 +40,9 @@ def stacked(model, joints, errors):
             index = "XYZ".index(name)
             path = np.eye(3)[index]
             path = path + np.cross([e.get(f"E{c}0{name}", 0) for c in "ABC"], path)
-            attach(Rotation.identity(), sign * (given.origin[index] + q[name]) * path)
+            attach(Rotation.identity(), sign * (given.origin[index] + q[name] + added[index]) * path)
             attach(*displaced(np.zeros(3), name))
-        attach(Rotation.identity(), -start)
+        attach(Rotation.identity(), -fixed)
         for joint in rotary:
             point = np.array(joint.point)
             attach(*displaced(point, joint.name))
@@ -52,12 +52,13 @@ def stacked(model, joints, errors):
 
     axis = np.array(given.tool_axis) / np.linalg.norm(given.tool_axis)
     tip = -given.tool_length * axis
-    programmed = {"tip": tip, "nose": np.zeros(3)}.get(given.programmed_point)
-    programmed = np.array(given.programmed_point) if programmed is None else programmed
+    # G43: the control adds the tool to the slides; another point of the head it does not know.
+    named = given.programmed_point
+    added, fixed = -tip * (named == "tip"), np.zeros(3) if isinstance(named, str) else np.array(named)
     tables = [joint for joint in given.rotary if joint.carries == "workpiece"]
     heads = [joint for joint in given.rotary if joint.carries == "tool"]
     table, table_place = outwards(given.slides_that_carry("workpiece"), tables, -1, np.zeros(3))
-    head, head_place = outwards(given.slides_that_carry("tool"), heads, +1, programmed)
+    head, head_place = outwards(given.slides_that_carry("tool"), heads, +1, fixed)
     in_bed = head.apply(tip) + head_place
     in_workpiece = table.inv().apply(in_bed - table_place) - given.origin
     return in_workpiece, (table.inv() * head).apply(axis)
