@@ -2,7 +2,8 @@
 
 What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the spindle
 leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of each
-axis that a laser has seen. A calibrated machine is a machine file with other points and axes. The workpiece is
+axis that a laser has seen. A calibrated machine is a machine file with other points and axes: those that are
+displayed with the slides in the middle of the readings, where squareness counts as nothing. The workpiece is
 where probing finds it at rotary zero. `problem` has the estimate, `verdict` says whether the readings fit it.
 
 The variances of the methods are estimated with the unknowns, each from its own residuals. u is a standard
@@ -23,7 +24,7 @@ import numpy as np
 from mathpost.compensate import further, suspect, verdict
 from mathpost.compensate import readings as files
 from mathpost.compensate.agree import apart
-from mathpost.compensate.model import SQUARENESS, MachineErrors, constant_errors, error_names
+from mathpost.compensate.model import SQUARENESS, MachineErrors, constant_errors, error_names, out_of_square
 from mathpost.compensate.moved import corrected
 from mathpost.compensate.positioning import Positioning
 from mathpost.compensate.problem import Problem, Solution
@@ -54,6 +55,7 @@ class Calibration:
     bar: dict[
         str, Value
     ]  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
+    about: np.ndarray  # positions of the slides, mm, shape (3,), at which squareness counts as nothing
     doubts: tuple[str, ...] = ()  # sentences: why the readings do not fit
     notes: tuple[str, ...] = ()  # sentences: what else was seen
     residuals: tuple[verdict.Residual, ...] = ()  # what is left of each reading
@@ -88,12 +90,16 @@ class Calibration:
     @cached_property
     def errors(self) -> MachineErrors:
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
-        names, curves = error_names(self.machine), []
-        square = {n: self.values[n] for n in SQUARENESS if n in self.values and n not in self.assumed}
+        names, curves, constant = error_names(self.machine), [], {}
+        for name in (n for n in SQUARENESS if n in self.values and n not in self.assumed):
+            constant[name] = self.values[name]  # which counts from 0: a displacement moves that to `about`
+            slide, aside = out_of_square(name)
+            back = -self.values[name] * self.about[slide] * _sense(self.machine, slide) * aside
+            constant |= {f"E{letter}{name[3]}": float(each) for letter, each in zip("XYZ", back, strict=True) if each}
         for each in self.positioning:
             found = columns(self.machine, each).items()
             curves += [(names.index(name), each.curve(column)) for name, column in found]
-        return replace(constant_errors(self.machine, square), curves=tuple(curves))
+        return replace(constant_errors(self.machine, constant), curves=tuple(curves))
 
     def value(self, value: float, gradient: np.ndarray) -> Value:
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
@@ -221,15 +227,19 @@ def _calibration(problem: Problem, solution: Solution, bar: dict[str, Value]) ->
     assumed = {name: "not measured: as in the machine file" for name in names if name not in values}
     left = [name for name in values if not problem.determined(solution, name)]
     assumed |= further.reasons(problem, left, float(np.median(solution.sigmas)))
-    return Calibration(problem.machine, values, tables, tuple(parts), assumed, noise, bar)
+    return Calibration(problem.machine, values, tables, tuple(parts), assumed, noise, bar, problem.about)
+
+
+def _sense(machine: Machine, slide: int) -> int:
+    """-1 for a slide that carries the workpiece: it runs against the programmed direction."""
+    return -1 if "XYZ"[slide] in machine.slides_that_carry("workpiece") else 1
 
 
 def columns(machine: Machine, positioning: Positioning) -> dict[str, np.ndarray]:
     """The columns of an error table, µm or µrad, that a positioning error makes: the sign is that of the axis."""
     name, joint = machine.joint_names[positioning.joint], positioning.joint
     if joint < 3:
-        against = name in machine.slides_that_carry("workpiece")  # it runs against the programmed direction
-        return {f"E{name}{name}": 1e3 * positioning.value * (-1 if against else 1)}
+        return {f"E{name}{name}": 1e3 * positioning.value * _sense(machine, joint)}
     axis = unit(machine.rotary[joint - 3].axis)
     shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]
     return {f"E{letter}{name}": 1e6 * positioning.value * share for letter, share in shares}

@@ -7,7 +7,7 @@ import numpy as np
 import tomlkit
 
 from mathpost.compensate.calibrate import Calibration, columns
-from mathpost.compensate.model import SQUARENESS, fingerprint
+from mathpost.compensate.model import error_names, fingerprint
 from mathpost.compensate.terms import terms
 from mathpost.controls import compensation_table
 from mathpost.errors import InputError, OutputError
@@ -73,22 +73,24 @@ def _replace(table: tomlkit.items.Table, key: str, vector: Iterable[float]) -> N
 def error_files(calibration: Calibration) -> dict[str, str]:
     """Return errors.toml and its tables, names to texts, for ``post --errors`` with the calibrated machine."""
     machine, files, tables = calibration.machine, {}, []
-    found = {name: calibration.values[name] for name in SQUARENESS if name in calibration.values}
-    square = {name: 1e6 * value for name, value in found.items() if name not in calibration.assumed}
+    constant = dict(zip(error_names(machine), calibration.errors.constant.tolist(), strict=True))
+    sizes = {name: (1e3 if name[1] in "XYZ" else 1e6) * value for name, value in constant.items() if value}
     for each in calibration.positioning:
         name = machine.joint_names[each.joint]
         entry = {"joint": name, "file": f"errors_{name.lower()}.csv"}
         tables.append(entry | ({"endless": True} if each.endless else {}))
         errors = columns(machine, each)
         rows = np.column_stack([each.at, *errors.values()])
-        lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *errors])]
+        place = "degrees" if each.joint > 2 else "mm, machine coordinates while no tool length is active"
+        lines = [f"# source: calibrated from readings; position in {place}; µm, µrad"]
+        lines.append(",".join(["position", *errors]))
         lines += [",".join(f"{number:.6f}" for number in row) for row in rows]
         files[entry["file"]] = "\n".join(lines) + "\n"
     content = tomlkit.document()
     content.add("name", f"{machine.name}, calibrated")
     content.add("source", "calibrated from readings")
     content.add("machine", tomlkit.item(fingerprint(machine)).comment("of the machine.toml beside this file, only"))
-    content.add("constant", tomlkit.item(square))
+    content.add("constant", tomlkit.item(sizes))
     if tables:
         content.add("table", tomlkit.item(tables))
     return {"errors.toml": tomlkit.dumps(content), **files}

@@ -23,14 +23,15 @@ Bohez (source 001) has two groups of errors. In a file, the errors that do not d
 
     [[table]]
     joint = "C"
-    file = "c_axis.csv"               # beside this file: the column position (degrees or mm), then ECC, EZC, …
+    file = "c_axis.csv"               # beside this file: the column position, then ECC, EZC, …
     endless = true                    # repeats after 360°; without it the errors end where the table ends
     interpolation = "spline"          # or "linear"
 
-The position of a slide is what its encoder counts, whatever the tool: its machine coordinate while no tool length is
-active, `Machine.slide_positions`. There, with the slides beyond it at 0, is its own place: for the last of them the
-spindle nose, or the point of the head that X Y Z name. The workpiece is taken to be where the ideal machine would
-have it: subtract any error that probing it on the machine has removed.
+Positions are degrees, or mm. That of a slide is what its encoder counts, whatever the tool: its machine coordinate
+while no tool length is active (G53, M91, SUPA), `Machine.slide_positions`. Squareness counts from its 0. A slide's
+own place is there, with the slides that it carries at 0: that of the last one is the spindle nose, or the point of
+the head that X Y Z name. The workpiece is taken to be where the ideal machine would have it: subtract any error that
+probing it on the machine has removed.
 """
 
 from __future__ import annotations
@@ -244,6 +245,12 @@ def table_position(
     if joint > 2:
         return np.rad2deg(joints[..., joint])
     return machine.slide_positions(joints[..., :3], tool_length)[..., joint]
+
+
+def out_of_square(name: str) -> tuple[int, np.ndarray]:
+    """The slide that a squareness error turns, as an index, and where 1 rad sends it aside on 1 mm, shape (3,)."""
+    slide = "XYZ".index(name[3])
+    return slide, np.cross(np.eye(3)["ABC".index(name[1])], np.eye(3)[slide])
 
 
 def named_point(machine: Machine, length: ArrayLike) -> np.ndarray:

@@ -35,7 +35,7 @@ class Positioning:
 
     where: str
     joint: int  # its index
-    at: np.ndarray  # degrees or mm, shape (targets,)
+    at: np.ndarray  # degrees, or mm of `Machine.slide_positions`, shape (targets,)
     value: np.ndarray  # mean error there, radians or mm
     sigma: np.ndarray  # its standard deviation
     freedom: float  # degrees of freedom of the deviations
@@ -136,7 +136,7 @@ def _odd_run(path: str, columns: Sequence[str], backwards: Sequence[bool], value
 
 
 def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarray:
-    """The targets in degrees, or in mm of machine coordinates; those outside the travel are refused."""
+    """The targets in degrees, or in mm of `Machine.slide_positions`; those outside the travel are refused."""
     at, name = table[place], machine.joint_names[axis]
     low, high = machine.every_joint[axis].limits
     if axis > 2:
@@ -146,10 +146,10 @@ def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarra
     else:
         (start,) = table.numbers("start", 1) if "start" in table.settings else [0.0]
         at = at + start
-        low, high = np.subtract((low, high), machine.origin[axis] if machine.limits_of == "words" else 0.0)
+        low, high = machine.limits[axis] + machine.slide_positions(np.zeros(3))[axis]
         expected = (
-            f"machine coordinates within the travel of {name}, {low:g} … {high:g} "
-            "(if the laser was set to 0 elsewhere: a line # start = the machine coordinate of position 0)"
+            f"machine coordinates within the travel of {name}, {low:g} … {high:g}, as shown while no tool length is "
+            "active (if the laser was set to 0 elsewhere: a line # start = the machine coordinate of position 0)"
         )
     table.require(place, (at >= low - 1e-6) & (at <= high + 1e-6), expected)
     return at

@@ -19,7 +19,7 @@ import numpy as np
 import scipy
 
 from mathpost.compensate import held
-from mathpost.compensate.model import SQUARENESS, table_position
+from mathpost.compensate.model import SQUARENESS, out_of_square, table_position
 from mathpost.compensate.moved import moved, unknowns
 from mathpost.compensate.positioning import Positioning
 from mathpost.compensate.unmeasured import Unmeasured, unmeasured
@@ -103,11 +103,9 @@ class Problem:
         # A spline is linear in its entries: what each of them counts for at a position is a spline, too.
         self.weights = [each.curve(np.eye(len(each.at))) for each in tables]
         self.moves = _moves(machine)
-        # A slide out of square is turned about where it was read; about machine zero only if that is found, and so
-        # goes into the errors file.
-        standing = [each.joints[:, :3] + machine.origin for each in blocks] or [np.zeros((1, 3))]
-        middle = np.concatenate(standing).mean(axis=0)
-        self.about = {name: middle["XYZ".index(name[3])] for name in SQUARENESS}
+        # A slide out of square is turned about where it was read: there the axes are where they are displayed.
+        standing = [self.slides(each, each.joints) for each in blocks] or [np.zeros((1, 3))]
+        self.about = np.concatenate(standing).mean(axis=0)
         self.linear = np.zeros(self.count), *self.predict(self.all, np.zeros(self.count))
         self.reasons, self.told = self._told_apart()
         self.prior = self._prior()
@@ -151,7 +149,6 @@ class Problem:
         if others:
             self._shrink(sorted([*sought, *others]), noise.sigmas)
         found = self._with_bias(noise, others)
-        self.about = {name: 0.0 if self.determined(found, name) else at for name, at in self.about.items()}
         x = self._exact(sought, noise.sigmas, found.x)
         self.linear = x, *self.predict(self.all, x)
         return self._with_bias(self._estimate(sought, noise.sigmas, noise.freedom), others)
@@ -313,6 +310,10 @@ class Problem:
         told |= {n for own in (*self.terms, *self.drifts) for n in range(own.start, own.stop) if traces[n]}
         return reasons, told
 
+    def slides(self, block: Readings, joints: np.ndarray) -> np.ndarray:
+        """The positions of the slides, (n, 3), at the joints of a file's readings."""
+        return self.machine.slide_positions(joints[:, :3], block.length)
+
     @property
     def all(self) -> list[int]:
         """Indices of all unknowns."""
@@ -348,16 +349,17 @@ class Problem:
     ) -> tuple[np.ndarray, np.ndarray]:
         """The distance of the ball from the tip along each reading's direction; its derivatives by all unknowns."""
         values = dict(zip(self.names, x[self.geometry], strict=True))
-        slides, actual, paths, shares = joints[:, :3] + self.machine.origin, joints.copy(), {}, []
+        away, actual, paths, shares = self.slides(block, joints) - self.about, joints.copy(), {}, []
         for name in SQUARENESS:
-            turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
-            paths[name] = np.outer(slides[:, slide] - self.about[name], np.cross(turned, np.eye(3)[slide]))
+            slide, aside = out_of_square(name)
+            paths[name] = np.outer(away[:, slide], aside)
             actual[:, :3] += values[name] * paths[name]
         for each, weights, own in zip(self.tables, self.weights, self.entries, strict=True):
-            position = table_position(self.machine, joints, each.joint)
+            position = table_position(self.machine, joints, each.joint, block.length)
             shares.append((each.joint, own, weights(position, where=each.where)))
         for effect, own in zip(self.effects, self.terms, strict=True):
-            shares.append((effect.joint, own, effect.shape(table_position(self.machine, joints, effect.joint))))
+            position = table_position(self.machine, joints, effect.joint, block.length)
+            shares.append((effect.joint, own, effect.shape(position)))
         for joint, own, share in shares:
             actual[:, joint] += share @ x[own]
         tip, by = held.tips(self.machine, actual, block.length, moved(self.machine, values))

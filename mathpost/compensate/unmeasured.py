@@ -73,7 +73,8 @@ def shown(problem: Problem, solution: Solution) -> dict[str, Shown]:
         index = problem.names.index(name)
         sums.append((name, slice(index, index + 1), np.eye(1)))
     for each, own in zip(problem.effects, problem.terms, strict=True):
-        at = np.concatenate([table_position(problem.machine, b.joints, each.joint) for b in problem.blocks])
+        positions = [table_position(problem.machine, b.joints, each.joint, b.length) for b in problem.blocks]
+        at = np.concatenate(positions)
         sums.append((problem.machine.joint_names[each.joint], own, each.shape(at)))
     for block, own in zip(problem.blocks, problem.drifts, strict=True):
         sums += [(block.where, slice(index, index + 1), np.eye(1)) for index in range(own.start, own.stop)]

@@ -21,8 +21,10 @@ def once(machine, rng, folder, tip=True):
     real = Real.random(machine, rng)
     found = calibrate(machine, files(real, folder, rng))
     truth = {"EC0Y": real.square[0], "EB0Z": real.square[1], "EA0Z": real.square[2]}
+    here = real.aside(found.about[None])[0]  # squareness there: a table is displayed by so much beside where it is
     for each in machine.rotary:
-        truth |= {f"E{d}0{each.name}": x for d, x in zip("XYZ", real.shifts[each.name], strict=True)}
+        shift = real.shifts[each.name] - here * (each.carries == "workpiece")
+        truth |= {f"E{d}0{each.name}": x for d, x in zip("XYZ", shift, strict=True)}
         truth |= {f"E{d}0{each.name}": x for d, x in zip("ABC", real.tilts[each.name], strict=True)}
     truth |= {"EA0S": real.spindle[0], "EB0S": real.spindle[1]}
     missed = {name: (found[name].value - truth[name], found[name].U) for name in found.values}

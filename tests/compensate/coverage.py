@@ -3,6 +3,7 @@
 ``python -m tests.compensate.coverage 60`` prints one line for each case: 60 machines of each arrangement.
 """
 
+import itertools
 import sys
 import tempfile
 from pathlib import Path
@@ -107,6 +108,10 @@ def once(case, kind, rng, folder):
     except InputError as error:
         return {}, {}, str(error)
     truth = machine.true | dict(zip(("EC0Y", "EB0Z", "EA0Z"), machine.square, strict=True))
+    here = machine.aside([found.about])[0]  # squareness there: a table is displayed by so much beside where it is
+    for (name, side, *_), (n, letter) in itertools.product(simulated.MACHINES[kind], enumerate("XYZ")):
+        if side == simulated.TABLE and f"E{letter}0{name}" in truth:
+            truth[f"E{letter}0{name}"] -= here[n]
     ratios = {name: (found[name].value - truth[name]) / found[name].U for name in found.values}
     return ratios, {name: found[name].U for name in found.values}, "; ".join(found.doubts)
 

@@ -34,7 +34,8 @@ class Real:
     """A machine as it is: true lines, spindle, squareness and positioning errors beside what the control believes.
 
     `shifts` and `tilts` are vectors by axis name, square to the axis; `spindle` is a rotation vector; `square` has
-    EC0Y, EB0Z, EA0Z; `positioning` maps a joint's name to a function of its position, in mm or radians.
+    EC0Y, EB0Z, EA0Z, which count from the slides at `about`; `positioning` maps a joint's name to a function of its
+    position, in mm or radians. A slide's position is that of the spindle nose: it does not know the tool.
     """
 
     machine: object
@@ -43,6 +44,7 @@ class Real:
     spindle: np.ndarray = field(default_factory=lambda: np.zeros(3))
     square: np.ndarray = field(default_factory=lambda: np.zeros(3))
     positioning: dict = field(default_factory=dict)
+    about: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
     def random(cls, machine, rng, positioning=True):
@@ -72,7 +74,8 @@ class Real:
 
     def tip(self, slides, angles, length):
         """Where the tip is with the slides at `slides` (n, 3): machine coordinates of an ideal tip at head zero."""
-        nose = slides + self._off(slides) + np.outer(length, (0, 0, 1))
+        nose = slides + np.outer(length, (0, 0, 1))
+        nose = nose + self._off(nose)
         tip = np.outer(-np.asarray(length), Rotation.from_rotvec(self.spindle).apply((0, 0, 1)))
         for index in (1, 0):
             if self.machine.rotary[index].carries == "tool":
@@ -96,11 +99,15 @@ class Real:
             axis, at = axis / np.linalg.norm(axis), at + self.shifts[rotary.name]
         return at + Rotation.from_rotvec(np.outer(angle, axis)).apply(points - at)
 
-    def _off(self, slides):
-        """By how much the slides, out of square and with scales of their own, stand off."""
+    def aside(self, slides):
+        """By how much the slides, out of square, stand off."""
         c, b, a = self.square
-        x, y, z = slides.T
-        off = np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
+        x, y, z = (slides - self.about).T
+        return np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
+
+    def _off(self, slides):
+        """The same, with scales of their own."""
+        off = self.aside(slides)
         for index, name in enumerate("XYZ"):
             off[:, index] += self.positioning.get(name, np.zeros_like)(slides[:, index])
         return off
@@ -224,6 +231,7 @@ def believed(calibration, values=None, tables=None):
         real.tilts[each.name] = np.array([values.get(f"E{d}0{each.name}", 0.0) for d in "ABC"])
     real.spindle = np.array([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0])
     real.square = np.array([values.get(name, 0.0) for name in ("EC0Y", "EB0Z", "EA0Z")])
+    real.about = calibration.about
     for n, each in enumerate(calibration.positioning):
         entries = each.value if tables is None else tables[n]
         at, wrap = (np.append(each.at, 360), "periodic") if each.endless else (each.at, "not-a-knot")
@@ -241,7 +249,7 @@ def left(real, control, place, angles, length):
         for index, each in enumerate(real.machine.rotary):
             if each.name in control.positioning:
                 commanded[:, index] -= control.positioning[each.name](angles[:, index])
-        plain = Real(control.machine, control.shifts, control.tilts, control.spindle, control.square)
+        plain = Real(control.machine, control.shifts, control.tilts, control.spindle, control.square, about=control.about)
         slides = plain.slides(place, angles, length)
         return real.tip(slides, commanded, length) - real.ball(place + aside, commanded)
 

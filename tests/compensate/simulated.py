@@ -56,10 +56,15 @@ class Simulated:
         """Ball minus tip, (n, 3), while the control keeps the tip on the ball that it believes at `place`."""
         slides = self.slides(place, angles, length)
         right = {name: angle + self.positioning.get(name, np.zeros_like)(angle) for name, angle in angles.items()}
-        c, b, a = self.square
-        x, y, z = slides.T
-        stands = slides * (1 + self.scale) + np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
+        encoders = slides + np.outer(length, (0, 0, 1))  # which do not know the tool
+        stands = slides + encoders * self.scale + self.aside(encoders)
         return _ball(self.axes, place + aside, right) - stands - _tip(self.axes, self.lean, right, length)
+
+    def aside(self, encoders):
+        """By how much slides out of square go aside, (n, 3)."""
+        c, b, a = self.square
+        x, y, z = np.transpose(encoders)
+        return np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
 
     def slides(self, place, angles, length):
         """Where the control, which believes its machine file, has the slides: (n, 3)."""
