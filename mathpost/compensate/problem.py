@@ -90,7 +90,10 @@ class Problem:
         moving = [
             n for n in range(len(machine.joint_names)) if any(np.ptp(each.joints[:, n]) > 0 for each in blocks)
         ]
-        self.effects = [Unmeasured.of(n) for n in moving if n not in seen]
+        # Squareness and scale of a slide count from where it was read: there the axes are where they are displayed.
+        standing = [self.slides(each, each.joints) for each in blocks] or [np.zeros((1, 3))]
+        self.about = np.concatenate(standing).mean(axis=0)
+        self.effects = [Unmeasured.of(n, self.about) for n in moving if n not in seen]
         sizes = [len(self.names), *(len(each.at) for each in tables), *(len(each.sigma) for each in self.effects)]
         places = [4 * (int(each.setup.max()) + 1) for each in blocks]
         self.geometry, *parts = _slices([*sizes, *(3 for _ in blocks), *places])
@@ -103,9 +106,6 @@ class Problem:
         # A spline is linear in its entries: what each of them counts for at a position is a spline, too.
         self.weights = [each.curve(np.eye(len(each.at))) for each in tables]
         self.moves = _moves(machine)
-        # A slide out of square is turned about where it was read: there the axes are where they are displayed.
-        standing = [self.slides(each, each.joints) for each in blocks] or [np.zeros((1, 3))]
-        self.about = np.concatenate(standing).mean(axis=0)
         self.linear = np.zeros(self.count), *self.predict(self.all, np.zeros(self.count))
         self.reasons, self.told = self._told_apart()
         self.prior = self._prior()

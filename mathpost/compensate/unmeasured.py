@@ -42,10 +42,10 @@ class Unmeasured:
     sigma: np.ndarray  # standard uncertainty of each term, radians or mm
 
     @classmethod
-    def of(cls, joint: int) -> Unmeasured:
-        """Harmonics of a rotary joint, nothing at zero; the scale of a slide."""
+    def of(cls, joint: int, about: np.ndarray) -> Unmeasured:
+        """Harmonics of a rotary joint, nothing at zero; the scale of a slide, nothing at `about`, shape (3,)."""
         if joint < 3:
-            return cls(joint, lambda at: np.asarray(at)[:, None], np.atleast_1d(unmeasured()["slide"]))
+            return cls(joint, lambda at: (at - about[joint])[:, None], np.atleast_1d(unmeasured()["slide"]))
         size = unmeasured()["rotary"]
         orders = np.arange(1, len(size) + 1)
 

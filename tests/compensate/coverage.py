@@ -51,7 +51,7 @@ def _wave(amplitude, order=1):
 
 def _as_assumed(rng, machine, files):
     """What a machine in good order has although nobody measured it: data/measurements/methods.toml, typed here."""
-    machine.square = rng.normal(0, 40e-6, 3)
+    machine.square, machine.scale = rng.normal(0, 40e-6, 3), rng.normal(0, 10e-6, 3)
     for name, *_ in simulated.MACHINES[machine.kind]:
         sines, cosines = rng.normal(0, [[4, 4, 2, 2]] * 2) * ARCSEC
         machine.positioning[name] = lambda q, s=sines, c=cosines: sum(
@@ -108,7 +108,7 @@ def once(case, kind, rng, folder):
     except InputError as error:
         return {}, {}, str(error)
     truth = machine.true | dict(zip(("EC0Y", "EB0Z", "EA0Z"), machine.square, strict=True))
-    here = machine.aside([found.about])[0]  # squareness there: a table is displayed by so much beside where it is
+    here = machine.off([found.about])[0]  # a table is displayed by so much beside where it is
     for (name, side, *_), (n, letter) in itertools.product(simulated.MACHINES[kind], enumerate("XYZ")):
         if side == simulated.TABLE and f"E{letter}0{name}" in truth:
             truth[f"E{letter}0{name}"] -= here[n]

@@ -57,14 +57,14 @@ class Simulated:
         slides = self.slides(place, angles, length)
         right = {name: angle + self.positioning.get(name, np.zeros_like)(angle) for name, angle in angles.items()}
         encoders = slides + np.outer(length, (0, 0, 1))  # which do not know the tool
-        stands = slides + encoders * self.scale + self.aside(encoders)
+        stands = slides + self.off(encoders)
         return _ball(self.axes, place + aside, right) - stands - _tip(self.axes, self.lean, right, length)
 
-    def aside(self, encoders):
-        """By how much slides out of square go aside, (n, 3)."""
+    def off(self, encoders):
+        """By how much slides, out of square and with scales of their own, stand off, (n, 3)."""
         c, b, a = self.square
         x, y, z = np.transpose(encoders)
-        return np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
+        return np.stack([self.scale[0] * x - c * y + b * z, self.scale[1] * y - a * z, self.scale[2] * z], axis=1)
 
     def slides(self, place, angles, length):
         """Where the control, which believes its machine file, has the slides: (n, 3)."""
