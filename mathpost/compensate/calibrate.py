@@ -167,7 +167,7 @@ def calibrate(machine: Machine, paths: Sequence[Path | str], **settings: Any) ->
     >>> from mathpost import machine
     >>> found = calibrate(machine.load("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
     >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm", found.fits
-    ('10.0 ± 0.4 µm', True)
+    ('10.3 ± 0.5 µm', True)
     """
     read = [files.read(each, machine, **settings) for each in paths]
     try:
