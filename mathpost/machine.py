@@ -147,8 +147,8 @@ class Machine:
         """Return the machine coordinates of the slides, mm, shape (..., 3), at words X Y Z, shape (..., 3).
 
         They are what the encoders count, and what a control shows in machine coordinates while no tool length is
-        active (G53, M91, SUPA). The same tip needs other positions with a longer tool: where the words name the tip,
-        the control adds `tool_length`, mm, shape (...), by default that of the machine.
+        active (G53, M91, SUPA). The same tip needs other positions with a longer tool: where the words name the
+        tip, the control adds `tool_length`, mm, shape (...), by default that of the machine.
         """
         length = self.tool_length if tool_length is None else tool_length
         axis = np.array(self.tool_axis) / np.linalg.norm(self.tool_axis)

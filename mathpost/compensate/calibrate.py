@@ -95,7 +95,7 @@ class Calibration:
             constant[name] = self.values[name]  # which counts from 0: a displacement moves that to `about`
             slide, aside = out_of_square(name)
             back = -self.values[name] * self.about[slide] * _sense(self.machine, slide) * aside
-            constant |= {f"E{letter}{name[3]}": float(each) for letter, each in zip("XYZ", back, strict=True) if each}
+            constant |= {f"E{'XYZ'[n]}{name[3]}": float(back[n]) for n in np.flatnonzero(aside)}
         for each in self.positioning:
             found = columns(self.machine, each).items()
             curves += [(names.index(name), each.curve(column)) for name, column in found]

@@ -40,8 +40,8 @@ class CalibratedKinematics:
     A turn behind a constant error frame E is the turn about the line that E has moved, followed by E: E·Turn(line)
     = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a `machine` with other axes and pivots, slides
     with other directions, and one small displacement of the `workpiece` or the tool: a machine with the closed-form
-    inverse of `mathpost.kinematics`; it has no tool, and its words are the positions of its slides. `constant`, shape
-    (33,), is in the order of `model.names`, mm and radians.
+    inverse of `mathpost.kinematics`; it has no tool, and its words are the positions of its slides.
+    `constant`, shape (33,), is in the order of `model.names`, mm and radians.
     """
 
     def __init__(self, model: ErrorModel, constant: ArrayLike) -> None:

@@ -28,10 +28,10 @@ Bohez (source 001) has two groups of errors. In a file, the errors that do not d
     interpolation = "spline"          # or "linear"
 
 Positions are degrees, or mm. That of a slide is what its encoder counts, whatever the tool: its machine coordinate
-while no tool length is active (G53, M91, SUPA), `Machine.slide_positions`. Squareness counts from its 0. A slide's
-own place is there, with the slides that it carries at 0: that of the last one is the spindle nose, or the point of
-the head that X Y Z name. The workpiece is taken to be where the ideal machine would have it: subtract any error that
-probing it on the machine has removed.
+while no tool length is active (G53, M91, SUPA), `Machine.slide_positions`. Squareness counts from its 0. The own
+place of a slide is there, with the slides that it carries at 0: that of the last one is the spindle nose, or the
+point of the head that X Y Z name. The workpiece is taken to be where the ideal machine would have it: subtract any
+error that probing it on the machine has removed.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def error_names(machine: Machine) -> tuple[str, ...]:
 class ErrorModel:
     """The chain of a machine with its errors as symbols, its derivatives, and both compiled.
 
-    `joints` are 5 sympy symbols, `errors` 33 in the order of `names`, which is that of `error_names`. What is compiled
-    serves every origin and tool length.
+    `joints` are 5 sympy symbols, `errors` 33 in the order of `names`, which is that of `error_names`. What is
+    compiled serves every origin and tool length.
 
     Examples
     --------

@@ -148,8 +148,8 @@ def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarra
         at = at + start
         low, high = machine.limits[axis] + machine.slide_positions(np.zeros(3))[axis]
         expected = (
-            f"machine coordinates within the travel of {name}, {low:g} … {high:g}, as shown while no tool length is "
-            "active (if the laser was set to 0 elsewhere: a line # start = the machine coordinate of position 0)"
+            f"machine coordinates within the travel of {name}, {low:g} … {high:g}, as shown while no tool length "
+            "is active (if the laser was set to 0 elsewhere: a line # start = that coordinate of position 0)"
         )
     table.require(place, (at >= low - 1e-6) & (at <= high + 1e-6), expected)
     return at

@@ -249,7 +249,9 @@ def left(real, control, place, angles, length):
         for index, each in enumerate(real.machine.rotary):
             if each.name in control.positioning:
                 commanded[:, index] -= control.positioning[each.name](angles[:, index])
-        plain = Real(control.machine, control.shifts, control.tilts, control.spindle, control.square, about=control.about)
+        plain = Real(
+            control.machine, control.shifts, control.tilts, control.spindle, control.square, about=control.about
+        )
         slides = plain.slides(place, angles, length)
         return real.tip(slides, commanded, length) - real.ball(place + aside, commanded)
 

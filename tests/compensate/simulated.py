@@ -56,8 +56,7 @@ class Simulated:
         """Ball minus tip, (n, 3), while the control keeps the tip on the ball that it believes at `place`."""
         slides = self.slides(place, angles, length)
         right = {name: angle + self.positioning.get(name, np.zeros_like)(angle) for name, angle in angles.items()}
-        encoders = slides + np.outer(length, (0, 0, 1))  # which do not know the tool
-        stands = slides + self.off(encoders)
+        stands = slides + self.off(encoders(slides, length))
         return _ball(self.axes, place + aside, right) - stands - _tip(self.axes, self.lean, right, length)
 
     def off(self, encoders):
@@ -76,6 +75,11 @@ class Simulated:
     def display(self, place, angles, length):
         """What the control shows when the tip has found the ball: (n, 3)."""
         return self.slides(place, angles, length) + self.gap(place, angles, length)
+
+
+def encoders(slides, length):
+    """What the slides' encoders count, which do not know the tool: where the spindle nose is."""
+    return slides + np.outer(length, (0, 0, 1))
 
 
 def _ball(axes, place, angles):

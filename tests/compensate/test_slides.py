@@ -1,6 +1,6 @@
 """A step in a slide's positioning: from a laser's run in machine coordinates to a program with two tools.
 
-The machine is that of `tests.independent.machine_model`, with encoders of its own: the nose stands where the slide's
+The machine is that of `tests.independent.machine_model`, with encoders of its own: the nose is where the slide's
 encoder says, plus the step. A program is read by the reader that was written from the controls' manuals.
 """
 

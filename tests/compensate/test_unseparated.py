@@ -113,7 +113,8 @@ def _design(sets):
     """Derivatives of all readings by the unknowns, and by where the balls stand; a dict, (readings,) each."""
     kind = sets[0].kind
     ideal = _machine(kind, ("offset", 0, np.zeros(3)), 0)
-    slides = [np.repeat(ideal.slides(e.place, e.angles, e.length), len(e.columns), axis=0) for e in sets]
+    slides = [simulated.encoders(ideal.slides(e.place, e.angles, e.length), e.length) for e in sets]
+    slides = [np.repeat(each, len(e.columns), axis=0) for each, e in zip(slides, sets, strict=True)]
     _, y, z = np.concatenate(slides).mean(axis=0)
     # A slide out of square turns about the middle of where it was read, not about its zero.
     about = {"EC0Y": (y, 0, 0), "EB0Z": (-z, 0, 0), "EA0Z": (0, z, 0)}
