@@ -157,6 +157,6 @@ def _proof(plan: Plan, options: Options) -> Proof:
     found = proof.prove(
         kin, plan.path.cl, moves.blocks, moves.motion, options.tolerance, options.axis_tolerance,
         real=options.real(kin.machine), rapid_interpolated=options.control.rapid_interpolated, left_out=moves.pecks,
-        lines=None if options.control.rapid_interpolated else plan.path.touched(),
+        lines=None if options.control.rapid_interpolated else plan.path.touched,
     )  # fmt: skip
     return replace(found, worst_record=plan.path.first + found.worst_record)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,11 +11,15 @@ from mathpost.controls.blocks import Blocks
 from mathpost.errors import InputError
 from mathpost.machine import Machine
 from mathpost.path.modal import Command
+from mathpost.post.body import BODY, spread
 from mathpost.post.motion import LIFTED, ON_PART, SAFE, Motion
 from mathpost.post.options import Options
 from mathpost.sources.yu_dan import lifted
 
+TURN = np.radians(5.0)  # between the positions of a rotary axis that are looked at while it turns
+
 if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
     from mathpost.post.selection import Selection
     from mathpost.post.steps import Plan, ToolPath
 
@@ -27,11 +32,11 @@ def approaches(machine: Machine, options: Options) -> bool:
 
 def approached(path: ToolPath, motion: Motion, clearance: float) -> Motion:
     """Put the way from the safe position before a motion, and the way back behind it."""
-    over = above(path, motion.joints[[0, -1]], clearance)
-    far = [safe_pose(path.kin.machine, pose) for pose in over]
+    to_part, from_part = above(path, motion.joints[[0, -1]], clearance)
+    machine, kinds = path.kin.machine, np.array([LIFTED, SAFE, SAFE])
     first, last = motion.place[[0, -1]]
-    before = Motion(np.array([far[0], over[0]]), np.array([first, first]), np.array([SAFE, LIFTED]))
-    behind = Motion(np.array([over[1], far[1]]), np.array([last, last]), np.array([LIFTED, SAFE]))
+    before = Motion(away(machine, to_part)[::-1], np.full(3, first), kinds[::-1])
+    behind = Motion(away(machine, from_part), np.full(3, last), kinds)
     return Motion.joined([before, motion, behind])
 
 
@@ -68,12 +73,12 @@ def unwound(path: ToolPath, chosen: Selection, record: int, clearance: float) ->
         expected = "safe = { Z = … } in [linear] of the machine file: where the rotary axes may turn freely"
         raise InputError(f"{path.cl.where(record)}: to unwind", expected, "none")
     before, after = chosen.joints[record - 1 : record + 1]
-    over = above(path, np.array([before, after]), clearance)
-    far = [safe_pose(path.kin.machine, pose) for pose in over]
-    turned = np.r_[far[0][:3], far[1][3:]]
-    joints = np.array([before, over[0], far[0], turned, far[1], over[1], after])
-    place = record - 1 + np.array([0.0, 0, 0, 1, 1, 1, 1])
-    return Motion(joints, place, np.array([ON_PART, LIFTED, SAFE, SAFE, SAFE, LIFTED, ON_PART]))
+    off, onto = (away(path.kin.machine, over) for over in above(path, np.array([before, after]), clearance))
+    turned = np.r_[off[-1][:3], onto[-1][3:]]
+    joints = np.array([before, *off, turned, *onto[::-1], after])
+    place = record - 1 + np.repeat([0.0, 1.0], [4, 5])
+    half = [ON_PART, LIFTED, SAFE, SAFE]
+    return Motion(joints, place, np.array([*half, SAFE, *half[::-1]]))
 
 
 def above(path: ToolPath, joints: np.ndarray, clearance: float) -> np.ndarray:
@@ -86,10 +91,42 @@ def above(path: ToolPath, joints: np.ndarray, clearance: float) -> np.ndarray:
     return lifted(path.kin, joints, np.array(height)[:, None] + clearance)
 
 
-def safe_pose(machine: Machine, joints: np.ndarray) -> np.ndarray:
-    """Return joints, shape (5,), with Z, and X and Y where the machine file states them, at the safe position."""
-    there = np.array(joints)
-    for axis, position in enumerate(machine.safe or ()):
-        if position is not None:
-            there[axis] = position - machine.slides[axis]
-    return there
+def away(machine: Machine, joints: np.ndarray) -> np.ndarray:
+    """Return joints, shape (5,), then with Z at the safe position, then with X and Y if the file states them."""
+    stated = [(axis, position) for axis, position in enumerate(machine.safe or ()) if position is not None]
+    way = np.array([joints] * 3)
+    for axis, position in stated:
+        way[1 if axis == 2 else 2 :, axis] = position - machine.slides[axis]
+    return way
+
+
+def over_all(path: ToolPath, standing: np.ndarray, wanted: np.ndarray) -> bool:
+    """Whether at the safe Z the tool is above all that the path touches, wherever X and Y are.
+
+    And whichever rotary axis turns first, or how they turn at once, from `standing` to `wanted`, radians.
+    """
+    machine = path.kin.machine
+    if machine.safe is None:
+        return False
+    ends = [cl.points[~cl.rapid] + shift - path.shift for cl, shift in path.parts if not cl.rapid.all()]
+    if not ends:
+        return True
+    low = np.min([points.min(axis=0) for points in ends], axis=0)
+    high = np.max([points.max(axis=0) for points in ends], axis=0)
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    turns = [np.linspace(a, b, 2 + int(abs(b - a) / TURN)) for a, b in zip(standing, wanted, strict=True)]
+    angles = np.array(list(product(*turns)))
+    safe = machine.safe[2] - machine.slides[2]
+
+    def below(points: np.ndarray) -> bool:
+        return max(_highest(path.kin, points, each) for each in angles) <= safe
+
+    return below(corners) or below(np.concatenate([points[spread(points)] for points in ends]))
+
+
+def _highest(kin: Kinematics, points: np.ndarray, angles: np.ndarray) -> float:
+    """The greatest Z, as a word, at which the tool may touch one of some points, (n, 3), at rotary angles, (k,)."""
+    at_points = kin.close(points, np.broadcast_to(angles, (len(points), len(angles))))
+    _, axis = kin.forward(at_points[0])
+    along = kin.close(points[0] + axis, angles)[2] - at_points[0, 2]  # Z of the tool axis in the machine
+    return float(at_points[:, 2].max() + BODY * np.sqrt(max(1 - along**2, 0)))

@@ -62,13 +62,18 @@ def touched(parts: Sequence[tuple[CLData, np.ndarray]]) -> np.ndarray:
     return np.concatenate(lines, axis=1)
 
 
+def moving(kin: Kinematics, joints: np.ndarray) -> np.ndarray:
+    """Return which axes move between `joints`, shape (n, j), that follow each other; shape (n - 1, j)."""
+    return np.abs(np.diff(joints, axis=0)) * kin.machine.units > STILL
+
+
 def may_be_rapid(kin: Kinematics, joints: np.ndarray, rows: np.ndarray, lines: np.ndarray) -> np.ndarray:
     """Whether each of the moves to some rows of `joints`, shape (n, 5), may be rapid, each axis at its own rate.
 
     It may if one axis moves alone; or if slides move and nothing else, and the body of the tool stays clear of all
     `lines` that the path touches, shape (2, k, 3), in which order ever the slides arrive.
     """
-    steps = np.abs(joints[rows] - joints[rows - 1]) * kin.machine.units > STILL
+    steps = moving(kin, joints)[rows - 1]
     found = steps.sum(axis=1) <= 1
     slides = np.flatnonzero(~found & ~steps[:, 3:].any(axis=1))
     length = max(kin.machine.tool_length, LEAST_BODY)

@@ -26,7 +26,7 @@ from mathpost.path.deviation import (
     largest,
     sampled,
 )
-from mathpost.post.body import BODY, LEAST_BODY, in_body, may_be_rapid, spread, touched
+from mathpost.post.body import BODY, LEAST_BODY, in_body, may_be_rapid, moving, spread, touched
 
 if TYPE_CHECKING:
     from mathpost.path.cl import CLData
@@ -99,8 +99,8 @@ def measured(
 
     `motion` says where on the CL path each block ends, and which are lifted; `real`, a `Compensator`, is the
     machine that runs the program, if it is not the one that its control knows. Where its rapid traverse is not
-    interpolated, nobody knows the path of a rapid move, and only its end counts. Records that are `left_out` are
-    pecks of holes, which the control makes by itself.
+    interpolated, nobody knows the path of a rapid move of several axes, and only its end counts. Records that are
+    `left_out` are pecks of holes, which the control makes by itself.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
@@ -127,7 +127,8 @@ def measured(
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
     most[1, ~motion.at_feed(cl)] = -1
     if not rapid_interpolated:
-        off[blocks.rapid[1:]], most[:, blocks.rapid[1:]] = 0, -1
+        unknown = blocks.rapid[1:] & (moving(kin, joints).sum(axis=1) > 1)
+        off[unknown], most[:, unknown] = 0, -1
 
     def arcs_of(moves: np.ndarray) -> Ends:
         return arcs(cl, motion.place[moves], motion.place[moves + 1])

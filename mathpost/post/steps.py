@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +22,15 @@ from mathpost.path import deviation
 from mathpost.path.cl import OPPOSITE, CLData, commands, feed_times
 from mathpost.path.modal import Command
 from mathpost.post import proof, selection
-from mathpost.post.approach import approach_command, approached, approaches, counted_from, from_safe, unwound
+from mathpost.post.approach import (
+    approach_command,
+    approached,
+    approaches,
+    counted_from,
+    from_safe,
+    over_all,
+    unwound,
+)
 from mathpost.post.between_blocks import follow, in_the_air, linearize
 from mathpost.post.body import may_be_rapid, touched
 from mathpost.post.motion import LIFTED, SAFE, Motion
@@ -45,8 +54,9 @@ class ToolPath:
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
     parts: tuple[tuple[CLData, np.ndarray], ...] = ()  # all parts of the path, each with its shift
 
+    @cached_property
     def touched(self) -> np.ndarray:
-        """Return the lines that all tools touch, see `mathpost.post.body.touched`."""
+        """The lines that all tools touch, see `mathpost.post.body.touched`."""
         return touched([(cl, shift - self.shift) for cl, shift in self.parts])
 
 
@@ -85,7 +95,7 @@ class Plan:
     regions: list[tuple[int, int]]  # the singular ones, first and last record
     moves: Moves
     uncompensated: proof.Proof | None  # of the machine as it was measured, had nothing been compensated
-    cautions: tuple[str, ...]  # what could not be compensated
+    cautions: tuple[str, ...]  # what could not be compensated, or is not clear
 
 
 def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
@@ -186,6 +196,12 @@ def plan(
     safe = path.kin.machine.safe
     if safe is not None and comes and not goes_on:
         remarks.insert(sum(row == 0 for row, _ in remarks), (0, approach_command(path, moves.blocks, safe)))
+    if safe is not None and comes:
+        wanted = motion.joints[int(goes_on), 3:]
+        standing = wanted if before is None else before.moves.motion.joints[-1, 3:]
+        if not over_all(path, standing, wanted):
+            way = f"on the way to record {path.first + 1} it may meet that"
+            cautions = (*cautions, f"at the safe Z the tool is not above all that the path touches: {way}")
     moves = replace(moves, blocks=replace(moves.blocks, remarks=tuple(remarks)))
     refuse_turning_compensation(path, moves.blocks)
     return Plan(path, chosen, found, moves, measured, cautions)
@@ -325,7 +341,7 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     rapid = wanted.copy()
     if not options.control.rapid_interpolated:
         rows = 1 + np.flatnonzero(wanted[1:])  # the first comes from where nobody knows, at the safe position
-        rapid[rows] = may_be_rapid(kin, motion.joints, rows, path.touched() if rows.size else np.empty((2, 0, 3)))
+        rapid[rows] = may_be_rapid(kin, motion.joints, rows, path.touched if rows.size else np.empty((2, 0, 3)))
     by_time = ((turning & ~np.isnan(feeds)) | wanted) & ~rapid
     if options.control.turning_feed == "time":
         within_rates = np.where(tcp[1:], tcp_times(kin, motion.joints), 0)

@@ -124,6 +124,29 @@ def test_the_rotary_axes_stand_where_they_are_while_a_tool_is_changed(dialect, t
     assert "tool 3 cuts" not in str(result.report)
 
 
+@pytest.mark.parametrize("dialect", ["heidenhain", "fanuc", "siemens"])
+def test_x_and_y_of_the_safe_position_are_left_and_reached_at_its_z(dialect):
+    data = replace(machine.load("ac_table"), program_foot=("M9",), safe=(100.0, 150.0, 390.0))
+    blocks = post.run(cldata.parse(TWO_TOOLS), data, dialect=dialect).blocks
+    steps = np.abs(np.diff(blocks.words[:, :3], axis=0)) > 1e-3
+    over = blocks.words[:, :2] == [100.0, 150.0]
+    assert over.all(axis=1).sum() == 4  # at the beginning and the end of each tool
+    leaving = np.flatnonzero(over[1:].all(axis=1) != over[:-1].all(axis=1))
+    assert len(leaving) == 4 and not steps[leaving, 2].any()
+    assert blocks.rapid[1:][leaving].all()
+
+
+def test_what_is_not_clear_at_the_safe_height_is_said():
+    """What the first tool touches at Y-160 is at Z110 with A at 90°, the tip of the second tool at 300 − length."""
+    cut = "GOTO/0,{0},0,0,{1},{2}\nGOTO/9,{0},0\n"
+    cuts = "FEDRAT/500\nLOAD/TOOL,3,LENGTH,95\n", cut.format(-160, 0, 1), cut.format(-20, -1, 0)
+    data = replace(machine.load("ac_table"), program_foot=("M9",), safe=(None, None, 300.0))
+    for length, said in ((95, False), (180, False), (200, True), (250, True)):
+        text = f"LOAD/TOOL,5,LENGTH,{length}\n".join([cuts[0] + cuts[1], cuts[2]])
+        warnings = post.run(cldata.parse(text), data).report.warnings
+        assert any("safe Z" in each and "to record 3" in each for each in warnings) == said
+
+
 def test_motion_only_stays_motion_only():
     text = post.run(cldata.parse(TWO_TOOLS), machine.load("ac_table")).program
     assert "MOTION ONLY" in text and "M91" not in text
