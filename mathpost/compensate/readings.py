@@ -206,7 +206,9 @@ def _readings(table: Table, machine: Machine, method: str) -> Readings:
     keys += [*target.T] if method in ("ball", "sensor") else []
     _, first, setup = np.unique(np.column_stack(keys), axis=0, return_index=True, return_inverse=True)
     setup = setup.ravel()
-    if method in PROBED:  # the first row of each feature says where it is believed to be
+    if method in PROBED:
+        _refuse_several(table, columns, np.column_stack([setup, np.round(angles, 6)]))
+        # The first row of each feature says where it is believed to be
         shown = np.column_stack([values.get(name, np.zeros(count)) for name in "xyz"]) - machine.origin
         target = tips(machine, np.column_stack([shown, angles]), length)[0][first][setup]
     believed, turn = held(machine, target, angles, length)
@@ -309,6 +311,14 @@ def copied(blocks: Sequence[Readings]) -> Iterator[str]:
             if others.issuperset(map(tuple, rows)):
                 yield f"{block.where}: its readings all stand in {where}, too: read twice, they make U too small"
         seen[block.where] = set(map(tuple, rows))
+
+
+def _refuse_several(table: Table, columns: Sequence[str], poses: np.ndarray) -> None:
+    """Refuse a feature that is in two places far apart at the same angles: it is two of them."""
+    _, first, pose = np.unique(poses, axis=0, return_index=True, return_inverse=True)
+    for name in columns:
+        same = np.abs(table[name] - table[name][first][pose.ravel()]) * table.unit(name, "length") <= LARGEST
+        table.require(name, same, "the place read before at these angles (two features need a column setup)")
 
 
 def _unread(table: Table, method: str, columns: Collection[str]) -> Iterator[str]:
