@@ -17,7 +17,6 @@ was not read. Columns may have the names of data/measurements/words.toml. A unit
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -29,18 +28,13 @@ import numpy as np
 
 from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.files import read_bytes
-from mathpost.measure.words import LONGEST, UNITS, Names, bracket, is_aside, measure
+from mathpost.measure.headings import MINUS, Row, cells_of, check_aside, check_names, find_header, reads, row_of
+from mathpost.measure.words import LONGEST, UNITS, Names, measure
 
-SHOWN = 12  # columns that a message lists
 COMMENT = ("#", "%", "//")
-MINUS = str.maketrans(dict.fromkeys("−–‐－", "-"))  # as word processors write it
-PREAMBLE, WIDEST = 200, 300  # lines before the column names, and columns, at most
-MARKS = ",;\t|"  # between cells; otherwise blanks
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make
 # Pattern of a setting; after a colon at most two words, or it is a sentence.
 SETTING = re.compile(r"(unit \S+|\w+)\s*(?:=\s*(.*)|[:,;\t]\s*(\S+(?: \S+)?))")
-
-Row = tuple[int, list[str]]  # the number of a line, and its cells
 
 
 class Table(dict[str, Any]):
@@ -195,14 +189,16 @@ def parse(
     table, wanted = Table(found.path), (*columns, *optional)
     table.settings = dict(found.settings)
     known = Names(wanted, also)
-    first, mark = _header(found.lines, known)
+    first, mark = find_header(found.lines, known)
     if len(found.lines) < first + 2:
-        raise InputError(table.path, f"the columns {', '.join(columns)} and rows of readings", "no readings")
+        raise InputError(table.path, "a line that names the columns, and rows of readings below", "no readings")
     number, line = found.lines[first]
     table.header = f"{table.path}, line {number}"
-    header = _cells(line, mark)
-    names = _check_names(table, header, columns, known)
-    rows = [(number, _cells(re.sub(r"\s#.*", "", line), mark)) for number, line in found.lines[first + 1 :]]
+    header = cells_of(line, mark)
+    names = check_names(table, header, columns, known)
+    rows = [
+        (number, row_of(re.sub(r"\s#.*", "", line), mark, len(names))) for number, line in found.lines[first + 1 :]
+    ]
     rows = _obey_units_below(table, names, rows)
     again = [number for number, cells in rows if cells == header]
     rows = [(number, cells) for number, cells in rows if cells != header]
@@ -219,6 +215,7 @@ def parse(
             said = cut if number == found.lines[-1][0] and not found.whole else ""
             raise InputError(f"{table.path}, line {number}", f"{len(names)} entries", f"{len(cells)}{said}")
     table.lines = tuple(number for number, _ in rows)
+    check_aside(table, header, names, rows, known)
     content = zip(names, *(cells for _, cells in rows), strict=True)
     table |= {name: list(column) for name, *column in content if name in wanted}
     numbers = [name for name in table if name not in text]
@@ -242,40 +239,9 @@ def parse(
     return table
 
 
-def _cells(line: str, mark: str) -> list[str]:
-    """The cells of a line between marks; a blank counts as a mark unless a bracket follows it."""
-    if mark == " ":
-        return re.split(r"\s+(?![(\[（])", line.strip())
-    if mark == "|":
-        line = line.strip().removeprefix("|").removesuffix("|")
-    entries = csv.reader([line], delimiter=mark, skipinitialspace=True)
-    return [cell.strip() for cell in next(entries, [])]
-
-
-def _header(lines: Sequence[tuple[int, str]], known: Names) -> tuple[int, str]:
-    """Return the index of the line that names the columns, the first with two wanted ones, and its mark."""
-    for index, (_, line) in enumerate(lines[:PREAMBLE]):
-        for mark in sorted(MARKS, key=line.count, reverse=True):
-            names = _cells(line, mark)[:WIDEST]
-            if len({known.find(cell)[0] for cell in names} - {None}) >= min(2, len(known.wanted)):
-                return index, mark
-        names = _cells(line, " ")[:WIDEST]  # a sentence may name two columns as well, but has no numbers below it
-        if len(names) > 1 and {known.find(cell)[0] for cell in names} - {None}:
-            below = [_cells(text, " ") for _, text in lines[index + 1 : index + 3]]
-            if any(len(cells) == len(names) and all(map(_reads, cells)) for cells in below):
-                return index, " "
-    line = lines[0][1] if lines else ""
-    return 0, max(MARKS, key=lambda mark: (line.count(mark), mark == ","))
-
-
-def _reads(cell: str) -> re.Match[str] | None:
-    """Return a match if a cell looks like a number, with either decimal mark."""
-    return re.fullmatch(r"[-+]?[\d.,]+(e[-+]?\d+)?", cell.translate(MINUS), re.IGNORECASE)
-
-
 def _without_footer(rows: list[Row], column: int) -> tuple[list[Row], int]:
     """Return the rows up to the last with a number in `column`, and how many follow it."""
-    reading = [n for n, (_, cells) in enumerate(rows) if len(cells) > column and _reads(cells[column])]
+    reading = [n for n, (_, cells) in enumerate(rows) if len(cells) > column and reads(cells[column])]
     last = max(reading, default=len(rows) - 1)
     return rows[: last + 1], len(rows) - last - 1
 
@@ -324,31 +290,6 @@ def _text(path: Path | str) -> str:
         except UnicodeDecodeError as error:
             line = content[: error.start].count(b"\n") + 1
     raise InputError(f"{path}, line {line}", "text in UTF-8 or GBK", "other bytes")
-
-
-def _check_names(table: Table, cells: list[str], columns: Sequence[str], known: Names) -> list[str]:
-    """Return the names of the columns; a unit after a name goes to the settings."""
-    while cells and not cells[-1]:  # commas at the ends of lines
-        cells.pop()
-    names, wanted = [], known.wanted
-    for cell in cells:
-        name, unit = known.find(cell)
-        name = name or bracket(cell[:LONGEST])[0]
-        if unit:
-            table.settings[f"unit {name}"] = unit
-        names.append(name)
-    for name in columns:
-        if name not in names:
-            table.refuse(f"the columns {', '.join(columns)}", f"{', '.join(names)}: no {name!r}")
-    for name in names:
-        if names.count(name) > 1:
-            table.refuse("every column once", f"{name!r} {names.count(name)} times")
-        if name and name not in wanted and not is_aside(name):
-            others = ", ".join(wanted[:SHOWN]) + ", …" * (len(wanted) > SHOWN)
-            table.refuse(f"no columns but {others}", repr(name))
-    if not any(name in wanted for name in names):
-        table.refuse(f"some of the columns {', '.join(wanted[:SHOWN])}", ", ".join(names))
-    return names
 
 
 def _number(table: Table, row: int, name: str, commas: bool) -> float:

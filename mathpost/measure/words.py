@@ -26,10 +26,11 @@ UNITS = {
     ("deg", "degree", "degrees", "°", "度", "grad"): ("angle", math.radians(1)),
     ("gon",): ("angle", math.radians(0.9)),
     ("arcmin", "′", "'"): ("angle", math.radians(1 / 60)),
-    ("arcsec", "″", '"', "''", "角秒", "秒", "arcsecond", "arcseconds"): ("angle", math.radians(1 / 3600)),
+    ("arcsec", "″", '"', "''", "角秒", "秒", "arcsecond", "arcseconds",
+     "bogensekunden"): ("angle", math.radians(1 / 3600)),
     ("rad",): ("angle", 1.0),
-    ("mrad",): ("angle", 1e-3),
-    ("µrad", "μrad", "urad"): ("angle", 1e-6),
+    ("mrad", "milliradian", "milliradians"): ("angle", 1e-3),
+    ("µrad", "μrad", "urad", "microradian", "microradians", "mikrorad"): ("angle", 1e-6),
 }  # fmt: skip
 LONGEST = 80  # characters of a name or a number that are read
 APART = " _-./:"  # characters between the words of a name
@@ -53,55 +54,88 @@ def _said() -> dict[str, dict[str, list[str]]]:
 
 
 def is_aside(name: str) -> bool:
-    """Return whether a column is one that is not read."""
-    return name.casefold() in _said()["aside"]["words"]
+    """Return whether a column of this name is one that is not read: a remark, a time, a temperature."""
+    said = _said()["aside"]
+    return name.casefold() in said["words"] or any(_holds(name.casefold(), word) for word in said["quantities"])
+
+
+def is_count(name: str) -> bool:
+    """Return whether a column whose name means nothing else counts rows, or says with what was measured."""
+    return any(_holds(name.casefold(), word) for word in _said()["aside"]["words"] if len(word) > 1)
+
+
+def instead(name: str) -> str:
+    """Return what a column should hold instead of what its name says, an empty text if that is not known."""
+    for other in _said()["instead"].values():
+        if any(_holds(name.casefold(), word) for word in other["words"]):
+            return str(other["write"])
+    return ""
+
+
+def reverse(text: str) -> str | None:
+    """Return the part of a text that says the reverse of what every method reads: "target - actual"."""
+    for first, second in _said()["reverse"]["pairs"]:
+        pattern = rf"{first}\w*\s*(?:[-−–]|minus)\s*{second}(?![-\w]|\W*(?:vergleich|compar))"
+        if found := re.search(pattern, text.casefold()):
+            return text[found.start() : found.end()]
+    return None
 
 
 class Names:
     """The columns that a file may have, by the names that people give them.
 
-    `also` maps further words to names.
+    A name within a phrase decides if it is the only one that fits: "radius of the ring". `also` maps further words
+    to names.
 
     Examples
     --------
-    >>> names = Names(["A", "x", "ex", "up1"])
+    >>> names = Names(["A", "x", "ex", "up1", "R"])
     >>> [names.find(cell) for cell in ("A axis [°]", "X", "Δx_um", "forward 1", "torque")]
     [('A', '°'), ('x', None), ('ex', 'um'), ('up1', None), (None, None)]
+    >>> [names.find(cell)[0] for cell in ("A轴角度", "Run 1 (+)", "Radius of ring", "max x", "radius x")]
+    ['A', 'up1', 'R', None, None]
     """
 
     def __init__(self, wanted: Iterable[str], also: dict[str, str] | None = None) -> None:
         other = _said()["columns"]
         self.wanted = tuple(wanted)
-        self.words = {word.casefold(): name for name in self.wanted for word in (*other.get(name, ()), name)}
+        self.words = {name.casefold(): name for name in reversed(self.wanted)}
         self.words |= {word.casefold(): name for word, name in (also or {}).items()}
+        self.unclear: dict[str, list[str]] = {}  # words that may mean several columns
+        for name in self.wanted:
+            for word in other.get(name, ()):
+                self.unclear.setdefault(word, []).append(name)
+        alone = {word: names[0] for word, names in self.unclear.items() if len(names) == 1}
+        self.words = alone | self.words
 
     def find(self, cell: str) -> tuple[str | None, str | None]:
         """Return the name that a cell of the header means, None if none, and the unit that follows it."""
         if len(cell) > LONGEST:
             return None, None
         name, unit = bracket(cell)
-        found = self._name(name)
-        if found or unit:
-            return found, unit
-        ends = re.fullmatch(r"(.+?)(?:[\s_/,]+|(?=[°′″]))(\S+)", cell)  # ex/µm, ex_um, A°
-        if ends and measure(ends[2])[0]:
-            return self._name(ends[1]), ends[2]
-        return None, None
+        said = _said()["run"]
+        for side in ("up", "down"):  # Run 1 (+)
+            if unit and unit.casefold() in (*said[side], *said["sign"][side]):
+                return self._run(f"{name} {side}".casefold()), None
+        ends = re.fullmatch(r"(.+?)(?:[\s_/,]+|(?=[°′″]))(\S+)", name)  # ex/µm, ex_um, A°
+        if unit is None and ends and measure(ends[2])[0]:
+            name, unit = ends[1], ends[2]
+        return self._name(name), unit
 
     def _name(self, text: str) -> str | None:
         """Return the name that a text without a unit means."""
         if text in self.wanted:
             return text
-        word = text.casefold()
+        word, said = text.casefold(), _said()["letter"]
         if word in self.words:
             return self.words[word]
-        for name in _without(word, _said()["letter"]["axis"]):
-            if len(name) == 1 and name in self.words:
-                return self.words[name]
-        for name in _without(word, _said()["letter"]["error"]):
-            if name in ("x", "y", "z") and f"e{name}" in self.words:
-                return self.words[f"e{name}"]
-        return self._run(word)
+        for left in _peeled(word, said["axis"]):
+            if len(left) == 1 and left in self.words:
+                return self.words[left]
+            for name in _peeled(left, said["error"]):
+                if name in ("x", "y", "z") and f"e{name}" in self.words:
+                    return self.words[f"e{name}"]
+        return self._run(word) or self._within(word)
 
     def _run(self, word: str) -> str | None:
         """Return the column of an ISO 230-2 run: words for its direction and its number, in either order."""
@@ -114,15 +148,53 @@ class Names:
                             return f"{side}{int(number)}"
         return None
 
+    def _within(self, phrase: str) -> str | None:
+        """Return the only name that a phrase holds, unless words beside it make something else of it."""
+        said = _said()["letter"]
+        if re.search(r"\d", phrase) or any(_holds(phrase, word) for word in said["not"]):
+            return None
+        found = {name for word, name in self.words.items() if _holds(phrase, word)}
+        if any(_holds(phrase, word) for word in said["error"] if len(word) > 1):
+            found = {f"e{name}" if name in ("x", "y", "z") else name for name in found}
+        return found.pop() if len(found) == 1 and found <= set(self.wanted) else None
+
 
 def bracket(cell: str) -> tuple[str, str | None]:
-    """A column's name, and the text in brackets after it."""
-    found = re.fullmatch(r"(.*?)\s*(?:[(\[（](.*)[)\]）])?", cell, re.DOTALL)
-    return (found[1], found[2]) if found else (cell, None)
+    """A column's name, and the text in brackets after it; of several the one that is a unit."""
+    name, *parts = re.split(r"\s*[(\[（](.*?)[)\]）]", cell, flags=re.DOTALL)
+    stated = [part.strip() for part in parts[::2]]
+    units = [part for part in stated if measure(part)[0]]
+    return " ".join([name, *parts[1::2]]).strip(), (units or stated or [None])[0]
+
+
+def _holds(phrase: str, word: str) -> bool:
+    """Whether a phrase holds a word as one of its own; Chinese has no blanks between them."""
+    if word > "\u2fff":
+        return word in phrase
+    return word in phrase and bool(re.search(rf"(?<![^\W_]){re.escape(word)}(?![^\W_])", phrase))
+
+
+def _peeled(text: str, words: Iterable[str]) -> list[str]:
+    """Return `text`, and what is left of it without one or several of the words that begin or end it."""
+    left, words = [text], list(words)
+    for each in left:
+        left += [more for more in _without(each, words) if more not in left]
+    return left
 
 
 def _without(text: str, words: Iterable[str]) -> list[str]:
-    """Return `text` without each of the words that begins or ends it, where something is left."""
-    left = [text.removeprefix(word).strip(APART) for word in words if text.startswith(word)]
-    left += [text.removesuffix(word).strip(APART) for word in words if text.endswith(word)]
-    return [each for each in left if each]
+    """Return `text` without each of the words that begins or ends it, where something is left.
+
+    A word of several letters ends where a word ends, or only a letter or a number is left.
+    """
+    left = []
+    for word in words:
+        for at, rest in ((0, text.removeprefix(word)), (-1, text.removesuffix(word))):
+            short = rest.strip(APART)
+            if (
+                rest != text
+                and short
+                and (len(short) == 1 or not short.isascii() or not (rest[at] + word).isalpha())
+            ):
+                left.append(short)
+    return left

@@ -426,13 +426,22 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
         (text("angle,R,dial", "0,100,0.1", **SAID | {"method": "dail"}), "a line # method = one of ball"),
         (text(*FOUR, method="dial", unit="mm", positive="out"), "expected a line # axis = A or C"),
         (text("angle,dial", "0,0.1", **SAID), "a column R"),
-        (text("angle,R,dial,ex", "0,100,0.1,0", **SAID), "no columns but dial, angle, R, z"),
+        (
+            text("angle,R,dial,ex", "0,100,0.1,0", **SAID),
+            "such as z, length, setup (remark, if",
+        ),
         (text("angle;R;dial", "0;100;0,1", "90;100;0.1", **SAID), "line 6, column 'dial': expected a number"),
         (text("angle,R,dial", "0,100,1", "1.5708,100,1", **SAID), "look like radians"),
         (text(*THREE, "180,100,0.2", **SAID), "readings than unknowns, or a line # sigma"),
         (text("angle,R,dial,torque", "0,100,0.1,20", **SAID), "found 'torque'"),
-        (text(f"{UP_DOWN},dial", "0,0,0,0,0,0", **LASER), "no columns but reading, forth, back, position, up1"),
-        (text("face,at,shown,dial", "+X,0,1,0", method="bar", unit="mm"), "no columns but shown, face, at"),
+        (
+            text(f"{UP_DOWN},dial", "0,0,0,0,0,0", **LASER),
+            "such as reading, forth, back (remark, if",
+        ),
+        (
+            text("face,at,shown,dial", "+X,0,1,0", method="bar", unit="mm"),
+            "no readings), found 'dial'",
+        ),
         (text("x,y,z,ex", "0,0,0,0.1", method="ball", unit="mm"), "the rotary angles under their axes' names"),
         (text("C,ex", "0,0.1", method="ball", unit="mm"), "columns x, y, z of the ball"),
         (

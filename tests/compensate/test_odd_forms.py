@@ -105,7 +105,7 @@ FORMS = {  # what is done to the file, and what must come of it: "right", or "sa
     "units in a line below": (_below("arcsec"), "right"),
     "degree signs": (_form(lambda h, n, r: (h, n, [_marked(row) for row in r])), "right"),
     "blanks between": (lambda c: "\n".join(re.sub(",", "   ", line) for line in c.splitlines()) + "\n", "right"),
-    "bars between": (_form(lambda h, n, r: (h, ["|" + n[0], *n[1:]], r)), "said"),
+    "bars between": (_form(lambda h, n, r: (h, ["|" + n[0], *n[1:]], r)), "right"),
     "a markdown table": (_markdown, "right"),
     "dashes for minus": (lambda c: re.sub(r",-", ",–", c), "right"),
     "a column without a name": (

@@ -34,7 +34,10 @@ def test_columns_in_any_order_with_comments_blank_lines_and_words(write):
     ("text", "message"),
     [
         ("angle,x\n0,1\n", "line 1: expected the columns angle, y, found angle, x: no 'y'"),
-        ("angle,y,torque\n0,1,2\n", "line 1: expected no columns but angle, y, found 'torque'"),
+        (
+            "angle,y,torque\n0,1,2\n",
+            "says what they are (remark, if they are no readings), found 'torque'",
+        ),
         ("angle,y,y\n0,1,2\n", "line 1: expected every column once, found 'y' 2 times"),
         ("# s\nangle,y\n0,1\n1\n", "line 4: expected 2 entries, found 1"),
         ("angle,y\n0,1\n1,\n", "line 3, column 'y': expected a number with a decimal point, found ''"),
