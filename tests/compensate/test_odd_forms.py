@@ -9,6 +9,7 @@ import pytest
 from mathpost import machine as machines
 from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
+from mathpost.measure.words import Names
 from tests.compensate import simulated
 from tests.compensate.simulated import Simulated
 
@@ -63,6 +64,30 @@ def _letters(name):
     return f"{name}-axis" if name in ("A", "C") else name
 
 
+def _chinese(name):
+    if found := re.fullmatch(r"e([xyz])", name):
+        return found[1].upper() + "偏差"
+    if found := re.fullmatch(r"(up|down)(\d)", name):
+        return f"第{found[2]}次{dict(up='正向', down='反向')[found[1]]}"
+    return f"{name}轴角度(°)" if name in ("A", "C") else f"{name}坐标" if name in ("x", "y", "z") else name
+
+
+def _several_words(name):
+    """Phrases, and the signs of runs."""
+    if found := re.fullmatch(r"(up|down)(\d)", name):
+        return f"Run {found[2]} ({dict(up='+', down='-')[found[1]]})"
+    shown = {"x": "Mitte X", "y": "Mitte Y", "z": "Mitte Z", "ex": "Fehler in X", "setup": "Aufspannung"}
+    return shown.get(name, "Soll" if name == "position" else name)
+
+
+def _aligned(content):
+    """Columns of one width, names of two words, below a sentence that names two of them."""
+    head, names, rows = _lines(content)
+    lines = [*head, "the ball, machine coordinates: angles A, C of the table"]
+    names = [f"{name} deg" if name in ("A", "C") else name for name in names]
+    return "\n".join([*lines, *("".join(f"{cell:>16s}" for cell in row) for row in (names, *rows))]) + "\n"
+
+
 def _markdown(content):
     """Settings as they are, the table as Markdown writes it."""
     lines = content.splitlines()
@@ -102,6 +127,15 @@ FORMS = {  # what is done to the file, and what must come of it: "right", or "sa
     "Windows": (lambda c: c.replace("\n", "\r\n"), "right"),
     "blank lines": (lambda c: c.replace("\n", "\n\n"), "right"),
     "words for letters": (_named(_letters), "right"),
+    "Chinese words": (_named(_chinese), "right"),
+    "several words": (_named(_several_words), "right"),
+    "aligned below a sentence": (_aligned, "right"),
+    "a column of texts": (_with("Probe SN", lambda n: "H48812"), "right"),
+    "a column of any texts": (_with("Halle", lambda n: "Nord" if n % 2 else ""), "right"),
+    "a column of numbers of samples": (_with("Sample no.", lambda n: str(n + 1)), "right"),
+    "a column of seconds": (_with("Time s", lambda n: f"{n / 2}"), "right"),
+    "a column of numbers of what": (_with("Halle", lambda n: "3.5"), "said"),
+    "target minus actual": (_named(lambda x: f"{x} (Soll-Ist)" if re.match(r"ex|z|up1", x) else x), "said"),
     "units in a line below": (_below("arcsec"), "right"),
     "degree signs": (_form(lambda h, n, r: (h, n, [_marked(row) for row in r])), "right"),
     "blanks between": (lambda c: "\n".join(re.sub(",", "   ", line) for line in c.splitlines()) + "\n", "right"),
@@ -186,6 +220,27 @@ def test_read_right_refused_or_doubted(base, form, tmp_path):
         assert said == "" and numbers == pytest.approx(right, abs=1e-9)
     else:
         assert said and len(said) < 2000
+
+
+@pytest.mark.parametrize(
+    ("wanted", "cells"),
+    [
+        ("dial angle R z C", {"Winkel": "angle", "Radius": "R", "Höhe": "z", "Uhr": "dial", "radius at z": None}),
+        ("bar A C x y z setup run", {"Deviation um": "bar", "Ball X": "x", "Run": "run", "max deviation": None}),
+        (
+            "axial lateral angle L length B",
+            {"quer": "lateral", "Länge": None, "Werkzeuglänge": "length"},
+        ),
+        ("ex ey ez x y z A C setup", {"Aufspannung": "setup", "pose x": "x", "tool x": None, "x old": None}),
+        (
+            "reading position up1 down1 A",
+            {"Positioning error": "reading", "Run 1 (-)": "down1", "-1": None},
+        ),
+    ],
+)
+def test_what_headings_mean(wanted, cells):
+    names = Names(wanted.split())
+    assert {cell: names.find(cell)[0] for cell in cells} == cells
 
 
 LASER = """HEADER::
