@@ -47,7 +47,8 @@ def find_header(lines: Sequence[tuple[int, str]], known: Names) -> tuple[int, st
     It is the first that names a wanted column and has rows of its own shape below it; otherwise the first that
     names two, or that has such rows.
     """
-    named, shaped = [], []
+    named: list[tuple[int, str]] = []
+    shaped: list[tuple[int, str]] = []
     for index, (_, line) in enumerate(lines[:PREAMBLE]):
         for mark in (*sorted((each for each in MARKS if each in line), key=line.count, reverse=True), *BLANKS):
             names = cells_of(line, mark)[:WIDEST]

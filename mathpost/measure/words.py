@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Iterable
 from functools import lru_cache
+from typing import Any
 
 from mathpost.errors import NUMBER
 from mathpost.files import data_file
@@ -49,7 +50,7 @@ def measure(stated: str) -> tuple[str | None, float]:
 
 
 @lru_cache(maxsize=1)
-def _said() -> dict[str, dict[str, list[str]]]:
+def _said() -> dict[str, dict[str, Any]]:
     return read_toml(data_file("measurements/words.toml"))
 
 
