@@ -64,7 +64,8 @@ class Geometry:
     @classmethod
     def _of(cls, machine: Machine, length: sp.Expr, direction: Vectors, vector: Vectors) -> Geometry:
         tool_axis = direction("t", machine.tool_axis)
-        named = {"tip": -length * tool_axis, "nose": sp.zeros(3, 1)}
+        along = tool_axis if machine.length_axis is None else exact_unit(machine.length_axis)
+        named = {"tip": -length * along, "nose": sp.zeros(3, 1)}
         point = machine.programmed_point
         return cls(
             axis={each.name: direction(f"V_{each.name}", each.axis) for each in machine.rotary},

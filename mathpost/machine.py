@@ -107,6 +107,9 @@ class Machine:
     tool_length: float  # spindle nose to tip, mm
     # The point of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose:
     programmed_point: str | tuple[float, ...]
+    # Along which the control adds the tool's length where words name the tip; None: along the tool axis. It is
+    # another direction if the spindle leans and the control does not know it.
+    length_axis: tuple[float, ...] | None = None
     # What the limits of X Y Z refer to: "slides", in machine coordinates (the position of a slide is its word, plus
     # the origin, plus the tool where the word names the tip), or "words".
     limits_of: str = "slides"
@@ -151,7 +154,8 @@ class Machine:
         tip, the control adds `tool_length`, mm, shape (...), by default that of the machine.
         """
         length = self.tool_length if tool_length is None else tool_length
-        axis = np.array(self.tool_axis) / np.linalg.norm(self.tool_axis)
+        axis = np.array(self.length_axis or self.tool_axis)
+        axis = axis / np.linalg.norm(axis)
         return np.asarray(words) + self.origin + (self.programmed_point == "tip") * np.multiply.outer(length, axis)
 
     @property
@@ -269,6 +273,7 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
         offsets=_offsets(workpiece.table("offsets", optional=True)),
         tool_axis=tool.take("axis", *DIRECTION),
         tool_length=tool.take("length", only_if(lambda x: x >= 0, a_number), "a length in mm, not negative", 0.0),
+        length_axis=tool.take("length_axis", *DIRECTION, None),
         programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
         limits_of=linear.take("limits_of", *one_of("slides", "words"), "slides"),
         safe=_safe(linear),

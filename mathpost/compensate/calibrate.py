@@ -25,7 +25,7 @@ from mathpost.compensate import further, suspect, verdict
 from mathpost.compensate import readings as files
 from mathpost.compensate.agree import apart
 from mathpost.compensate.model import SQUARENESS, MachineErrors, constant_errors, error_names, out_of_square
-from mathpost.compensate.moved import corrected
+from mathpost.compensate.moved import displayed, moved
 from mathpost.compensate.positioning import Positioning
 from mathpost.compensate.problem import Problem, Solution
 from mathpost.errors import InputError
@@ -71,12 +71,12 @@ class Calibration:
         return self.value(self.values[name], np.eye(len(self.values))[index])
 
     def of(self, function: Callable[[Machine], list[float]]) -> list[Value]:
-        """Return numbers of the calibrated machine, each as `Value`: `function` takes a machine to a list."""
+        """Return numbers of the machine as its control displays it, each as `Value`, by a function to a list."""
 
         def at(name: str, step: float) -> np.ndarray:
-            return np.array(function(corrected(self.nominal, self.values | {name: self.values[name] + step})))
+            return np.array(function(displayed(self.nominal, self.values | {name: self.values[name] + step})))
 
-        numbers = np.asarray(function(self.machine), dtype=float)
+        numbers = np.asarray(function(displayed(self.nominal, self.values)), dtype=float)
         slopes = np.zeros((len(self.values), len(numbers)))
         for row, name in enumerate(self.values):
             slopes[row] = (at(name, 1e-6) - at(name, -1e-6)) / 2e-6
@@ -85,7 +85,7 @@ class Calibration:
     @cached_property
     def machine(self) -> Machine:
         """The calibrated `Machine`: axes, points and tool where the readings have found them."""
-        return corrected(self.nominal, self.values)
+        return moved(self.nominal, self.values)
 
     @cached_property
     def errors(self) -> MachineErrors:
@@ -147,7 +147,8 @@ class Calibration:
                 continue
             places = self.of(partial(_point_of, index))
             found = [f"{x} {places['XYZ'.index(x)].value:.4f} ± {places['XYZ'.index(x)].U:.4f}" for x in letters]
-            lines.append(f"centre of {each.name}: {', '.join(found)} mm, machine coordinates")
+            tool = f" of the tip of a tool of {self.nominal.tool_length:g} mm" if "EA0S" in self.values else ""
+            lines.append(f"centre of {each.name}: {', '.join(found)} mm, machine coordinates{tool}")
         return lines
 
 

@@ -54,8 +54,8 @@ def machine_file(calibration: Calibration, path: str | Path) -> str:
         _replace(entry, "axis", rotary.axis)
         _replace(entry, "point", rotary.point)
     _replace(content["tool"], "axis", machine.tool_axis)
-    if not isinstance(machine.programmed_point, str):
-        _replace(content["tool"], "programmed_point", machine.programmed_point)
+    if machine.programmed_point == "tip" and machine.length_axis is not None:
+        _replace(content["tool"], "length_axis", machine.length_axis)
     return tomlkit.dumps(content)
 
 

@@ -256,7 +256,7 @@ def out_of_square(name: str) -> tuple[int, np.ndarray]:
 def named_point(machine: Machine, length: ArrayLike) -> np.ndarray:
     """The point of the head that X Y Z name, at rotary zero, mm from the nose, (..., 3), with tools of `length`."""
     if machine.programmed_point == "tip":
-        return -np.multiply.outer(length, unit(machine.tool_axis))
+        return -np.multiply.outer(length, unit(machine.length_axis or machine.tool_axis))
     return np.zeros(3) if machine.programmed_point == "nose" else np.array(machine.programmed_point)
 
 
@@ -282,6 +282,7 @@ def fingerprint(machine: Machine) -> str:
     """
     parts = [machine.programmed_point] if isinstance(machine.programmed_point, str) else []
     numbers = [*unit(machine.tool_axis), *(machine.programmed_point if not parts else [])]
+    numbers += [] if machine.length_axis is None else [*unit(machine.length_axis)]
     for each in machine.rotary:
         parts += [each.name, each.carries]
         numbers += [*unit(each.axis), *each.point]

@@ -24,14 +24,14 @@ def unknowns(machine: Machine) -> list[str]:
     return [*offsets, *tilts, *spindle, *SQUARENESS]
 
 
-def corrected(machine: Machine, values: dict[str, float]) -> Machine:
-    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file.
+def displayed(machine: Machine, values: dict[str, float]) -> Machine:
+    """Return `machine` moved by `values` as a control displays it that does not know that its spindle leans.
 
-    Machine coordinates are those at which the tip of the machine's tool is displayed at rotary zero: if the spindle
-    leans, so does the tool, and a table is displayed beside where it is.
+    The tip of the machine's tool is at rotary zero beside where it is displayed, and so a table is displayed beside
+    where it is. With a tool of another length it is so by another amount.
     """
     found = moved(machine, values)
-    aside = machine.tool_length * (np.array(found.tool_axis) - unit(machine.tool_axis))
+    aside = machine.tool_length * (np.array(found.tool_axis) - unit(machine.length_axis or machine.tool_axis))
     tables = [
         replace(each, point=tuple((each.point + aside).tolist())) if each.carries == "workpiece" else each
         for each in found.rotary
@@ -43,12 +43,17 @@ def corrected(machine: Machine, values: dict[str, float]) -> Machine:
 
 
 def moved(machine: Machine, values: dict[str, float]) -> Machine:
-    """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
+    """Return `machine` as it is: its axes, points and tool moved by `values`, in the coordinates of its slides.
+
+    Squareness is not in a machine file. If the spindle leans, the control goes on adding the length of a tool along
+    the axis that it believes in.
+    """
     names = unknowns(machine)
     for name in set(values) - set(names):
         raise InputError("values", f"unknowns among {', '.join(names)}", repr(name))
     values = dict.fromkeys(names, 0.0) | values
     tool = unit(machine.tool_axis)
-    tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
+    lean = np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool)
     rotary = tuple(rotary_axis.corrected(each, values) for each in machine.rotary)
-    return replace(machine, rotary=rotary, tool_axis=tuple(tool.tolist()))
+    along = (machine.length_axis or machine.tool_axis) if lean.any() else machine.length_axis
+    return replace(machine, rotary=rotary, tool_axis=tuple(unit(tool + lean).tolist()), length_axis=along)

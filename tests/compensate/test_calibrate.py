@@ -13,13 +13,14 @@ from mathpost.compensate import handover, readings
 from mathpost.compensate.calibrate import calibrate, estimate
 from mathpost.compensate.compensation import Compensator
 from mathpost.compensate.model import constant_errors, read_errors
-from mathpost.compensate.moved import corrected
+from mathpost.compensate.moved import moved
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.measure import rotary_axis
 from mathpost.shell.main import main
 from tests.benchmarks.calibration import once
 from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
+from tests.machines import with_slides
 
 ARCSECOND = np.deg2rad(1 / 3600)
 ARRANGEMENTS = [("table", ISO), ("mixed", AGAINST), ("head", ISO)]
@@ -59,10 +60,16 @@ def test_readings_without_noise_leave_nothing(arrangement, sign, tmp_path):
     assert np.abs(before).max() > 0.01 and np.abs(after).max() < 1e-5
 
 
-@arrangements
-def test_a_program_for_the_calibrated_machine_arrives(arrangement, sign, tmp_path):
-    """Files, shell, machine file, errors file, inverse, compensation: measured again by SciPy's machine."""
+@pytest.mark.parametrize(
+    ("arrangement", "sign", "carried"), [*((*each, "") for each in ARRANGEMENTS), ("table", ISO, "XZ")]
+)
+def test_a_program_for_the_calibrated_machine_arrives(arrangement, sign, carried, tmp_path):
+    """Files, shell, machine file, errors file, inverse, compensation: measured again by SciPy's machine.
+
+    What the slides do between tool and workpiece does not depend on which of the two they carry.
+    """
     machine, rng = nominal(arrangement, sign), np.random.default_rng(8)
+    machine = with_slides(machine, carried, "".join(sorted(set("XYZ") - set(carried))))
     real = Real.random(machine, rng)
     real.positioning["X"] = lambda x: 0.01 * (x / 400) ** 2
     path = tmp_path / "nominal.toml"
@@ -80,25 +87,30 @@ def test_a_program_for_the_calibrated_machine_arrives(arrangement, sign, tmp_pat
     poses[:, :3] = rng.uniform(-80, 80, (8, 3))
 
     def missed(machine, correct):
-        """The tip from where it should be, along the machine's axes, with the datum at the first pose."""
-        tips, axes = Kinematics(machine).forward(poses)
-        joints = correct(Kinematics(machine).inverse(tips, axes), poses)
-        place = tips + machine.origin
-        datum = reached(joints[:1], place[:1])
-        return np.linalg.norm(reached(joints, place + datum), axis=1)
+        """The tip from where it should be, the datum at the first pose with the first of the tools."""
+        found, datum = [], None
+        for length in (120.0, 320.0):
+            kin = Kinematics(machine.with_setup(tool_length=length))
+            tips, axes = kin.forward(poses)
+            joints = correct(kin.machine, nearest(kin.inverse(tips, axes), poses))
+            place = tips + machine.origin
+            datum = reached(joints[:1], place[:1], length) if datum is None else datum
+            found.append(np.linalg.norm(reached(joints, place + datum, length), axis=1))
+        return np.array(found)
 
-    def reached(joints, place):
-        return real.tip(joints[:, :3] + machine.origin, joints[:, 3:], np.full(len(joints), 120.0)) - real.ball(
-            place, joints[:, 3:]
-        )
+    def reached(joints, place, length):
+        tip = real.tip(joints[:, :3] + machine.origin, joints[:, 3:], np.full(len(joints), length))
+        return tip - real.ball(place, joints[:, 3:])
 
     def nearest(both, poses):
         turn = np.abs((both - poses[:, None])[..., 3:] + np.pi) % (2 * np.pi) - np.pi
         return both[np.arange(len(poses)), np.abs(turn).max(axis=-1).argmin(axis=-1)]
 
-    before = missed(machine, nearest)
-    after = missed(calibrated, lambda both, poses: Compensator(errors).compensate(nearest(both, poses)).joints)
-    assert before[1:].max() > 0.02 and after[1:].max() < 0.003
+    before = missed(machine, lambda setup, joints: joints)
+    after = missed(
+        calibrated, lambda setup, joints: Compensator(replace(errors, machine=setup)).compensate(joints).joints
+    )
+    assert before[:, 1:].max(axis=1).min() > 0.02 and after[:, 1:].max() < 0.003
 
 
 def content(machine):
@@ -113,6 +125,7 @@ def content(machine):
         "rotary": rotary,
         "workpiece": {"origin": list(machine.origin)},
         "tool": tool,
+        "linear": {each.name: {"carries": each.carries} for each in machine.linear},
     }
 
 
@@ -477,7 +490,7 @@ def test_words_that_nobody_knows_are_refused():
     with pytest.raises(InputError, match="sigam: expected settings among unit, method"):
         calibrate(machine, [path], sigam=0.001)
     with pytest.raises(InputError, match="unknowns among .*, found 'XOC'"):
-        corrected(machine, {"XOC": 0.01})
+        moved(machine, {"XOC": 0.01})
 
 
 @pytest.mark.parametrize(("head", "axis"), [("C,R,dial", {}), ("angle,R,dial", {"axis": "C"})])
