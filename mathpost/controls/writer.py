@@ -145,6 +145,10 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
         said.setdefault(min(row, rows), []).append(remark)
     for row in sorted(said):
         lines: list[str] = []
+        if tcp and not wanted[row] and any(_in_own_coordinates(remark) for remark in said[row]):
+            lines += control.lines("TCP off")
+            lines += [selected] * bool(selected and control.work_offsets.anew)
+            unnamed, tcp = True, False
         for remark in said[row]:
             if isinstance(remark, str):
                 lines += control.remark(remark)
@@ -217,6 +221,11 @@ def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
         between[row] = [*restored, *lines, *pole]
     anew, turned = (sorted({row for row in found if row < rows}) for found in ([*changes, *drilled], changes))
     return Said(between, anew, turned, switches, cycles, planes, further)
+
+
+def _in_own_coordinates(remark: str | Command) -> bool:
+    """Whether something said begins a plane or a cycle: the control keeps no tip there."""
+    return isinstance(remark, Command) and remark.kind in ("plane", "cycle")
 
 
 def _around(control: Control, axes: tuple[str, ...], blocks: Blocks) -> dict[int, tuple[list[str], list[str]]]:

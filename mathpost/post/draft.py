@@ -29,6 +29,8 @@ class Draft:
         The arcs, by the last row of each.
     said : dict
         The text and commands between blocks, by the row that follows.
+    drilled : list of int
+        The last row of each hole that is a cycle of the control.
     pecks : list of int
         Records that the control replaces by pecks of its own.
     strokes : list of Strokes
@@ -42,6 +44,7 @@ class Draft:
         self.frames: list[Frame | None] = [None] * count
         self.kept, self.run = np.ones(count, bool), np.ones(count, bool)
         self.turns: dict[int, Turn] = {}
+        self.drilled: list[int] = []
         self.pecks: list[int] = []
         self.strokes: list[Strokes] = []
         self.joints = moves.blocks.joints

@@ -30,7 +30,7 @@ def kind_of(hole: Hole) -> str:
 def holes(draft: Draft) -> None:
     """Write the holes of a draft as cycles: each row of equal ones is begun once."""
     known = draft.options.control.cycles
-    if known is None or draft.options.tcp:
+    if known is None:
         return
     # What the row of holes has in common, and its last row.
     series: tuple[tuple[str, dict[str, float], Frame | None], int] | None = None
@@ -55,6 +55,7 @@ def holes(draft: Draft) -> None:
             there = draft.said.get(row, [])
             there[:] = [each for each in there if not any(each is command for command in piece.said)]
         draft.kept[first + 1 : last + 1] = False
+        draft.drilled.append(last)
         bottom = first + 1 + int(draft.words[first + 1 : last + 1, 2].argmin())
         _leave_out_pecks(draft, first, bottom, values["clearance"])
         if kind in PECKED and known.pecks_from:
@@ -101,7 +102,9 @@ def _rows(draft: Draft, cycles: Cycles, piece: Hole) -> tuple[int, int] | None:
     along_z = np.abs(points[:, :2] - points[0, :2]).max() < SAME
     tool = draft.point(last, draft.path.cl.points[piece.first] + draft.path.cl.axes[piece.first]) - start
     comes = draft.path.cl.rapid[motion.record[first]] or not there
-    fed = comes and not np.isfinite(blocks.seconds[first + 1 : last + 1]).any()
+    inside = slice(first + 1, last + 1)
+    same = (blocks.rapid[inside] == draft.path.cl.rapid[motion.record[inside]]).all()
+    fed = comes and same and not np.isfinite(blocks.seconds[inside]).any()
     if other or not along_z or tool[2] < 1 - 1e-7 or not fed:
         return None
     return first, last

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mathpost.controls.blocks import Blocks, joined
+from mathpost.controls.blocks import Blocks, joined, rounded
 from mathpost.controls.reader import Program
 from mathpost.errors import MathpostError
 from mathpost.path.cl import feed_times
@@ -21,20 +21,18 @@ from mathpost.post.holes import holes
 from mathpost.post.motion import Motion
 from mathpost.post.options import Options
 from mathpost.post.steps import Moves, ToolPath, what_the_control_holds
-from mathpost.post.tilted import tilted
+from mathpost.post.tilted import standing, tilted
 
 
 def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
     """Return moves in the words that the control has, if they are wanted."""
     if options.expand:
         return moves
-    draft = Draft(path, moves, options)
-    tilted(draft)
+    draft, moves = _with_holes(path, moves, options)
     if any(frame is not None for frame in draft.frames):
         said = what_the_control_holds(path, options)
         rest = [remark for remark in draft.said.get(0, []) if remark not in said]
         draft.said[0] = [*what_the_control_holds(path, options, planes=True), *rest]
-    holes(draft)
     for piece in path.cl.pieces:
         if isinstance(piece, Arc):
             for first, last, turn in arcs(draft, piece):
@@ -46,8 +44,41 @@ def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
     ends = np.flatnonzero(draft.run)
     return replace(
         moves, blocks=draft.blocks(), run=ends, turns=np.flatnonzero(np.isin(ends, list(draft.turns))),
-        pecks=np.array(draft.pecks, int), strokes=tuple(draft.strokes),
+        pecks=np.array(draft.pecks, int), strokes=tuple(draft.strokes), cycles=len(draft.drilled),
     )  # fmt: skip
+
+
+def _with_holes(path: ToolPath, moves: Moves, options: Options) -> tuple[Draft, Moves]:
+    """Return a draft with planes and cycles, and the moves that it is made of.
+
+    Controls take no drilling cycles while they keep the tip: in an operation whose rotary axes stand still TCP is
+    left behind its first move, if holes of it become cycles then.
+    """
+    tcp = moves.blocks.tcp
+    left = [
+        (first, stop) for first, stop, drilled in standing(path, moves) if drilled and tcp[first + 1 : stop].any()
+    ]
+    while True:
+        without = _without_tcp(moves, left, options)
+        draft = Draft(path, without, options)
+        tilted(draft)
+        holes(draft)
+        worth = [(first, stop) for first, stop in left if any(first < row < stop for row in draft.drilled)]
+        if worth == left:
+            return draft, without
+        left = worth
+
+
+def _without_tcp(moves: Moves, runs: list[tuple[int, int]], options: Options) -> Moves:
+    """Return moves whose words are the joints, and no tip is kept, behind the first row of some runs."""
+    if not runs:
+        return moves
+    words, tcp = moves.blocks.words.copy(), moves.blocks.tcp.copy()
+    for first, stop in runs:
+        rows = slice(first + 1, stop)
+        words[rows, :3] = rounded(moves.motion.joints[rows], options.control.decimals)[:, :3]
+        tcp[rows] = False
+    return replace(moves, blocks=replace(moves.blocks, words=words, tcp=tcp))
 
 
 def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[Moves, int]:

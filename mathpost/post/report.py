@@ -231,12 +231,10 @@ def _warnings(plan: Plan, options: Options, spindles: bool) -> Iterator[str]:
         kind = command.values[-1]
         if not options.control.commands[f"coolant {kind}"]:
             yield f"coolant that stays off: a comment tells which {kind}, {options.control.name} has no word"
-    if (
-        options.tcp
-        and options.control.cycles is not None
-        and any(isinstance(each, Hole) for each in path.cl.pieces)
-    ):
-        yield "holes are straight moves: controls take no drilling cycles while they keep the tip"
+    holes = sum(isinstance(each, Hole) for each in path.cl.pieces)
+    if options.tcp and options.control.cycles is not None and holes > plan.moves.cycles:
+        kept = "controls take no drilling cycles while they keep the tip"
+        yield f"holes that are straight moves, {holes - plan.moves.cycles} of {holes}: {kept}"
     turning = [record for record, spindle in commands(path.cl.remarks, "spindle") if spindle.values[-1] != "OFF"]
     cut = np.flatnonzero(~path.cl.rapid)
     changed = commands(path.cl.remarks, "tool")

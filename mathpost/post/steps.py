@@ -83,6 +83,7 @@ class Moves:
     turns: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     pecks: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     strokes: tuple[Strokes, ...] = ()  # what these are, if the control's file says it
+    cycles: int = 0  # holes that are drilling cycles of the control
     smooth: np.ndarray | None = None  # as read back: which poses are within an arc
 
 

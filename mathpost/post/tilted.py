@@ -6,6 +6,7 @@ takes this very position for it: then nothing turns, and the moves that follow a
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,7 @@ from mathpost.post.motion import SAFE
 if TYPE_CHECKING:
     from mathpost.controls.phrases import Tilted
     from mathpost.kinematics import Kinematics
+    from mathpost.post.steps import Moves, ToolPath
 
 FEWEST = 8  # moves that are worth a plane, or a hole
 SAME = 1e-3  # degrees, by which printed angles may turn the axes
@@ -37,21 +39,29 @@ def tilted(draft: Draft) -> None:
     the tip without a plane, too.
     """
     control, named = draft.options.control, draft.path.kin.machine.programmed_point
-    if control.tilted is None or draft.options.tcp or not control.positioning or named != "tip":
+    if control.tilted is None or not control.positioning or named != "tip":
         return
-    blocks, motion = draft.moves.blocks, draft.moves.motion
+    blocks = draft.moves.blocks
+    for first, stop, drilled in standing(draft.path, draft.moves):
+        tcp = blocks.tcp[first + 1 : stop].any()
+        if not tcp and (drilled or stop - first > FEWEST) and blocks.words[first, 3:].any():
+            _tilt(draft, control.tilted, first, stop)
+
+
+def standing(path: ToolPath, moves: Moves) -> Iterator[tuple[int, int, bool]]:
+    """Yield operations whose rotary axes stand still: first row, the row behind the last, whether it has holes."""
+    blocks, motion = moves.blocks, moves.motion
     turns = np.any(np.diff(blocks.words[:, 3:], axis=0) != 0, axis=1)
     fixed = [row for kind in ("offset", "tool", "approach") for row, _ in commands(blocks.remarks, kind)]
     edges = {0, len(blocks.words), *(np.flatnonzero(turns) + 1).tolist()}
     edges |= {row + change for row in np.flatnonzero(motion.kind == SAFE).tolist() for change in (0, 1)}
     edges |= {row for row in fixed if 0 < row < len(blocks.words)}
-    drilled = np.searchsorted(motion.place, [each.first for each in draft.path.cl.pieces if isinstance(each, Hole)])
+    drilled = np.searchsorted(motion.place, [each.first for each in path.cl.pieces if isinstance(each, Hole)])
     at = np.array(sorted(edges))
     for run in np.flatnonzero(np.diff(at) > 1).tolist():  # of a path in five axes there are few
         first, stop = at[run : run + 2].tolist()
-        worth = stop - first > FEWEST or ((drilled >= first) & (drilled < stop)).any()
-        if worth and motion.kind[first] != SAFE and blocks.words[first, 3:].any():
-            _tilt(draft, control.tilted, first, stop)
+        if motion.kind[first] != SAFE:
+            yield first, stop, bool(((drilled >= first) & (drilled < stop)).any())
 
 
 def _tilt(draft: Draft, known: Tilted, first: int, stop: int) -> None:

@@ -235,11 +235,40 @@ def test_holes_and_planes_are_run(number, tilted):
     assert min(samples.tip @ axis) > -20 - 1e-3
 
 
-def test_with_tcp_holes_are_moves_and_the_report_says_why():
-    setup, *vectors = on_machine("ac_table")
-    result = run(cldata.parse(holes_file(np.random.default_rng(9), *vectors)[0]), setup, dialect="fanuc", tcp=True)
-    assert not re.search(r"\bG(7[34]|8[1-9])\b", result.program)
-    assert "controls take no drilling cycles while they keep the tip" in str(result.report)
+@pytest.mark.parametrize("name", ["ac_table", "head_b_table_c"])
+@pytest.mark.parametrize("control", CONTROLS)
+def test_with_tcp_the_tip_is_not_kept_in_holes_of_one_orientation(control, name):
+    """Moves in five axes, holes with the tool leaned, and moves in five axes again."""
+    setup, axis, across, along = on_machine(name, **{"A": 20.0, "B": 20.0, "C": 35.0})
+    lines, points, axes = ["UNITS/MM", "SPINDL/RPM,1000,CLW", "FEDRAT/400,MMPM"], [], []
+
+    def go(point, tool):
+        points.append(point)
+        axes.append(tool)
+        lines.append(f"GOTO/{numbers(point, tool)}")
+
+    for part in (-4, -3, -2):
+        go(10.0 * part * across, unit(axis + 0.05 * part * along))
+    lines.append("RAPID")
+    go(30.0 * axis, axis)
+    lines.append("CYCLE/DRILL,FEDTO,8,CLEAR,3,MMPM,120")
+    holes = [5.0 * along, 9.0 * across, -12.0 * along]
+    lines += [f"GOTO/{numbers(hole, axis)}" for hole in holes]
+    lines += ["CYCLE/OFF", "RAPID"]
+    points += [hole - 8.0 * axis for hole in holes]
+    axes += [axis] * 3
+    go(30.0 * axis + 5.0 * across, axis)
+    for part in (2, 3, 4):
+        go(10.0 * part * across, unit(axis + 0.05 * part * along))
+    result = run(cldata.parse("\n".join(lines) + "\n"), setup, dialect=control, tcp=True)
+    moves, samples = moves_of(result, setup, control, name)
+    planes, own_rates = ("heidenhain", "fanuc", "siemens", "mazak"), ("fanuc", "haas", "mazak")
+    leaned_head = name == "head_b_table_c"
+    taken = not leaned_head or (control in planes and control not in own_rates)
+    assert any(move.cycle for move in moves) == taken
+    assert not any(move.cycle and move.tcp for move in moves) and moves[1].tcp and moves[-1].tcp
+    assert any("holes that are straight moves, 3 of 3" in each for each in result.report.warnings) != taken
+    assert not judge.records_missed(samples.tip, samples.axis, np.array(points), np.array(axes), 1e-3, 2e-3)
 
 
 KLARTEXT = {"200": 3, "201": 2, "203": 1, "207": 1}  # how many of `CYCLES` each cycle of Heidenhain drills
