@@ -4,13 +4,13 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect, sync_playwright
 
 from mathpost import machine
 from mathpost.course import machine_page, view_machine, view_path
@@ -110,41 +110,31 @@ def lab(tmp_path_factory):
     foreign = json.loads(lessons[0].read_text(encoding="utf-8"))
     foreign["metadata"]["title"] = "as somebody else sent it"
     lessons[0].with_stem(NOT_TRUSTED).write_text(json.dumps(foreign), encoding="utf-8")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
     command = [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", "--ip=127.0.0.1"]
-    command += [f"--port={port}", "--ServerApp.port_retries=0", "--IdentityProvider.token=course"]
+    command += ["--port=0", "--IdentityProvider.token=course"]  # a port that is free
     command += [f"--ServerApp.root_dir={folder / 'course'}", "--expose-app-in-browser"]
-    log = folder / "server.log"
-    server = subprocess.Popen(
-        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-    )
-    try:
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, env=environment, **quiet) as server:
         said = []
         for line in server.stderr:
             said.append(line)
-            if "is running at" in line:
+            if found := re.search(r"http://127\.0\.0\.1:\d+/lab", line):
                 break
         else:
             pytest.fail("JupyterLab did not start:\n" + "".join(said))
-        with log.open("w", encoding="utf-8") as rest:  # so that the pipe never fills
-            drain = subprocess.Popen(["cat"], stdin=server.stderr, stdout=rest)
-            yield f"http://127.0.0.1:{port}/lab?token=course"
-    finally:
-        server.terminate()
-        server.wait()
-        server.stderr.close()
-        drain.wait()
+        with (folder / "server.log").open("w") as log, subprocess.Popen(["cat"], stdin=server.stderr, stdout=log):
+            try:  # the pipe never fills
+                yield f"{found[0]}?token=course"
+            finally:
+                server.terminate()
 
 
 @pytest.fixture(scope="module")
 def browser():
     if not CHROMIUM.exists():
         pytest.skip(f"no browser: {CHROMIUM} is not there")
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    playwright.expect.set_options(timeout=PATIENCE)
-    with playwright.sync_playwright() as driver:
+    expect.set_options(timeout=PATIENCE)
+    with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         PICTURES.mkdir(parents=True, exist_ok=True)
         yield browser
@@ -236,10 +226,11 @@ class Live:
         return all(map(any, changed)) and any(map(all, changed))
 
 
-def lives(place):
-    """The live views in a page or in a panel."""
+def lives(place, count):
+    """The live views in a page or in a panel, which come as it is rendered."""
     frames = place.locator(".mathpost-live iframe")
-    return [Live(frames.nth(number)) for number in range(frames.count())]
+    expect(frames).to_have_count(count)
+    return [Live(frames.nth(number)) for number in range(count)]
 
 
 def views_of(cells):
@@ -297,7 +288,7 @@ def exercises_01(page, panel):
     solutions = page.locator(f"#{panel} details pre")
     solved.get_by_text("Solution of 01-sign: you have not tried yet", exact=True).wait_for()
     assert solutions.count() >= 3
-    assert not any(solution.is_visible() for solution in solutions.all())
+    expect(solutions.and_(page.locator(":visible"))).to_have_count(0)
     for typed, said in (
         ("[-4, 3, 5]", "01-sign · not yet. This turns the point"),
         ("[4, -3, 5]", "01-sign · right."),
@@ -310,7 +301,8 @@ def exercises_01(page, panel):
         check.locator(".jp-OutputArea-output", has_text=said).wait_for()
         check.screenshot(path=PICTURES / f"exercise_{said.split()[2].strip('.')}.png")
     solved.get_by_text("Solution of 01-sign", exact=True).click()  # what it says of an attempt has changed
-    assert [pre.is_visible() for pre in solved.locator("pre").all()] == [False, True]  # the hint stays closed
+    expect(solved.locator("pre").nth(1)).to_be_visible()
+    expect(solved.locator("pre").first).to_be_hidden()  # the hint stays closed
     solved.screenshot(path=PICTURES / "exercise_solution.png")
 
 
@@ -334,10 +326,8 @@ def test_a_lesson_lives_with_a_kernel(page, run_here):
     assert not [o["evalue"] for cell in cells for o in cell["outputs"] if o["output_type"] == "error"]
     if run_here.stem.startswith("01"):
         exercises_01(page, panel)
-    found = lives(page.locator(f"#{panel}"))
-    assert len(found) == views_of(cells)
-    assert all(view.moves() for view in found)
-    assert page.locator(".Toastify__toast").count() == 0, "nobody asks about news"
+    assert all(view.moves() for view in lives(page.locator(f"#{panel}"), views_of(cells)))
+    expect(page.locator(".Toastify__toast")).to_have_count(0)  # nobody asks about news
     page.locator(f"#{panel} .jp-Notebook").screenshot(path=PICTURES / f"{run_here.stem}.png")
     assert not page.errors
     page.evaluate(CLOSE, panel)
@@ -348,7 +338,8 @@ def test_a_lesson_that_is_not_trusted_shows_the_still_picture(page):
     panel = reopen(page, NOT_TRUSTED)
     picture = page.locator(f"#{panel} .mathpost-live img")
     picture.scroll_into_view_if_needed()
-    assert page.locator(f"#{panel} .mathpost-live iframe[srcdoc]").count() == 0
+    picture.evaluate("picture => picture.decode()")
+    expect(page.locator(f"#{panel} .mathpost-live iframe[srcdoc]")).to_have_count(0)
     box = picture.bounding_box()
     assert box["width"] > 400 and box["height"] > 300
     assert "tip 0.000 0.000 24.000, tool axis" in picture.get_attribute("alt")
@@ -364,8 +355,7 @@ def test_a_lesson_lives_without_a_kernel(page, path, of):
     """
     panel = reopen(page, path.stem)
     assert page.evaluate(FIRST, panel) > 0.5, "the first screen shows the lesson's question"
-    again = lives(page.locator(f"#{panel}"))
-    assert len(again) == views_of(json.loads(path.read_text(encoding="utf-8"))["cells"])
+    again = lives(page.locator(f"#{panel}"), views_of(json.loads(path.read_text(encoding="utf-8"))["cells"]))
     assert all(view.moves() for view in of(again[-1:], again))
     assert "model not found" not in page.locator(f"#{panel}").inner_text()
     if path.stem[:2] in SAYS:

@@ -9,7 +9,7 @@ import pytest
 from mathpost.site import lesson
 from tests.conftest import LESSONS, ROOT
 from tests.site.reader import Reader
-from tests.test_browser import LIVE, lives
+from tests.test_browser import LIVE, lives, views_of
 
 EMBEDDED = re.compile(r'src="data:image/png;base64,\s*([^"]+)"')
 
@@ -52,10 +52,9 @@ def test_published_pages_move_without_a_network(offline, site):
         assert offline.locator("details[open]").count() == 0, "what answers a guess is folded"
         assert "Write a guess in the place of None" not in offline.locator("body").inner_text()
         offline.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
-        found = lives(offline)
-        assert found and all(view.moves() for view in found)
-        formulas = offline.locator("math")
         cells = json.loads((ROOT / f"notebooks/{name}.ipynb").read_text(encoding="utf-8"))["cells"]
+        assert all(view.moves() for view in lives(offline, views_of(cells)))
+        formulas = offline.locator("math")
         written = "text/latex" in str(cells) or any(
             "$" in str(c["source"]) for c in cells if c["cell_type"] != "code"
         )

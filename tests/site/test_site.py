@@ -6,12 +6,13 @@ from urllib.parse import unquote
 
 import nbformat
 import pytest
+from playwright.sync_api import expect
 
 from mathpost.shell.main import COMMANDS, main
 from mathpost.site import build, commands, course_map, reference, search
 from tests.conftest import DATA, ROOT
 from tests.site.reader import Reader
-from tests.test_browser import lives
+from tests.test_browser import lives, opened
 
 KINDS = (  # a page of each
     "index.html", "lessons/index.html", "lessons/01_rotating_a_point.html", "machines/index.html",
@@ -69,12 +70,11 @@ def test_the_search_finds(offline, site, query):
     offline.goto((site / "lessons/index.html").as_uri())
     offline.get_by_role("searchbox").fill(query)
     offline.keyboard.press("Enter")
-    first = offline.locator("#results a").first
-    first.wait_for()
+    offline.locator("#results a").first.wait_for()
     assert all(query in text.lower() for text in offline.locator("#results mark").all_inner_texts()[:3])
-    first.click()
-    offline.wait_for_load_state()
-    assert query in offline.locator("main").text_content().lower()
+    offline.locator("#results a").first.click()
+    expect(offline.locator("#results")).to_have_count(0)
+    expect(offline.locator("main")).to_contain_text(query, ignore_case=True)
     assert not offline.asked and not offline.errors
 
 
@@ -89,8 +89,7 @@ def test_axe_finds_nothing_serious(browser, site):
     """In light colours by all rules; in dark ones nothing but the contrasts is different."""
     axe = pytest.importorskip("axe_playwright_python", reason="axe-core is not installed")
     rules = (Path(axe.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    found = {}
+    page, found = opened(browser), {}
     for kind in KINDS:
         page.goto(f"{site.as_uri()}/{kind}")
         for frame in page.frames:  # the views, too
@@ -108,10 +107,10 @@ def test_axe_finds_nothing_serious(browser, site):
 def test_the_keyboard_reaches_text_search_and_sliders(offline, site):
     offline.goto((site / "index.html").as_uri())
     offline.keyboard.press("Tab")
-    assert offline.evaluate("document.activeElement.textContent") == "Skip to the text"
+    expect(offline.locator(":focus")).to_have_text("Skip to the text")
     offline.keyboard.press("Enter")
-    assert offline.url.endswith("#main")
-    (view,) = lives(offline)
+    expect(offline).to_have_url(re.compile("#main$"))
+    (view,) = lives(offline, 1)
     before = view.said()
     for _ in range(4):  # the picture, then the first sliders with their boxes
         offline.keyboard.press("Tab")
@@ -131,9 +130,9 @@ def test_a_phone_need_not_scroll_sideways(offline, site, kind):
 def test_paper_has_the_still_picture_of_a_view(offline, site):
     offline.goto((site / "lessons/05_inverse_and_selection.html").as_uri())
     offline.emulate_media(media="print")
-    assert not offline.locator(".mathpost-live iframe").first.is_visible()
-    assert offline.locator(".mathpost-live img").first.is_visible()
-    assert not offline.locator("header.site").is_visible()
+    expect(offline.locator(".mathpost-live iframe").first).to_be_hidden()
+    expect(offline.locator(".mathpost-live img").first).to_be_visible()
+    expect(offline.locator("header.site")).to_be_hidden()
     offline.emulate_media(media="screen")
 
 
