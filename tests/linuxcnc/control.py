@@ -25,7 +25,7 @@ addf sampler.0 servo-thread
 setp sampler.0.enable 0
 net line motion.program-line => sampler.0.pin.{}
 """
-NAMESPACES = "unshare --user --map-user=1000 --keep-caps --mount --ipc --pid --fork --mount-proc".split()
+NAMESPACES = "unshare --user --map-user=1000 --keep-caps --mount --ipc --pid --kill-child --mount-proc".split()
 NOBODY = 65534
 
 
@@ -76,7 +76,7 @@ def run(folder, programs, *, hal=""):
     (folder / "machinist.py").chmod(0o755)
     runs = []
     for name, (text, first) in programs.items():
-        (folder / f"{name}.ngc").write_text(_faster(text), encoding="ascii")
+        (folder / f"{name}.ngc").write_text(_faster(text).replace("\nM2", "\nM68 E0 Q1\nM2"), encoding="ascii")
         runs.append([str(folder / f"{name}.ngc"), [_faster(line) for line in first], str(folder / f"{name}.txt")])
     (folder / "job.json").write_text(json.dumps({"runs": runs}), encoding="utf-8")
     _hand_over(folder)
@@ -85,7 +85,7 @@ def run(folder, programs, *, hal=""):
     with (folder / "log.txt").open("wb") as log:
         subprocess.run(
             [*NAMESPACES, "sh", "-c", started], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
-            stdout=log, stderr=subprocess.STDOUT, timeout=180, check=False, **_ordinary(),
+            stdout=log, stderr=subprocess.STDOUT, timeout=1200, check=False, **_ordinary(),
         )  # fmt: skip
     said = folder / "said.txt"
     if not said.exists() or said.read_text(encoding="utf-8") != "done":

@@ -11,13 +11,12 @@ import sys
 import time
 from pathlib import Path
 
-MOST = 120  # s, that a program may take
-QUIET = 0.5  # s at rest, after which it has ended: on a busy machine the control may be late with its next move
+MOST = 300  # s for anything: a bound, not a measure
 
 
-def wait(status, errors, ready, what, limit):
+def wait(status, errors, ready, what):
     """Wait until the control is `ready`; what it complains of is an error."""
-    end = time.monotonic() + limit
+    end = time.monotonic() + MOST
     while True:
         status.poll()
         if error := errors.poll():
@@ -35,59 +34,52 @@ def operate(job):
 
     command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 
-    def until(ready, what, limit=20):
-        wait(status, errors, ready, what, limit)
+    waiting = [linuxcnc.EXEC_WAITING_FOR_MOTION, linuxcnc.EXEC_WAITING_FOR_MOTION_AND_IO]
+    waiting += [linuxcnc.EXEC_WAITING_FOR_MOTION_QUEUE]
 
-    def come_to_rest(what):
-        moved = time.monotonic()
+    def until(ready, what):
+        wait(status, errors, ready, what)
 
-        def at_rest():
-            nonlocal moved
-            done = status.interp_state == linuxcnc.INTERP_IDLE and status.exec_state == linuxcnc.EXEC_DONE
-            if not (done and status.queue == 0 and status.inpos):
-                moved = time.monotonic()
-            return time.monotonic() - moved > QUIET
+    def enter(mode):
+        command.mode(mode)
+        until(lambda: status.task_mode == mode, "mode")
 
-        until(at_rest, what, MOST)
+    def until_done(number, what):
+        """Until the lines before `M68 E0 Q` with this number are done: it waits for what moves."""
+        until(lambda: status.aout[0] == number and status.interp_state == linuxcnc.INTERP_IDLE, what)
+
+    def hal(words):
+        return subprocess.run(["halcmd", *words.split()], check=True, capture_output=True, text=True).stdout.strip()
 
     command.state(linuxcnc.STATE_ESTOP_RESET)
     until(lambda: status.task_state == linuxcnc.STATE_ESTOP_RESET, "reset")
     command.state(linuxcnc.STATE_ON)
     until(lambda: status.task_state == linuxcnc.STATE_ON, "on")
-    command.mode(linuxcnc.MODE_MANUAL)
-    command.wait_complete()
+    enter(linuxcnc.MODE_MANUAL)
     command.home(-1)
     until(lambda: all(status.homed[: status.joints]), "home")
     for program, first, samples in job["runs"]:
-        command.mode(linuxcnc.MODE_MDI)
-        command.wait_complete()
-        for line in first:
+        enter(linuxcnc.MODE_MDI)
+        for line in (*first, "M68 E0 Q2"):
             command.mdi(line)
             command.wait_complete(MOST)
-            come_to_rest(line)
-        sampler = subprocess.Popen(["halsampler", "-t", samples])
-        time.sleep(0.1)
-        subprocess.run(["halcmd", "setp", "sampler.0.enable", "1"], check=True)
-        command.mode(linuxcnc.MODE_AUTO)
-        command.wait_complete()
+        until_done(2, first)
+        enter(linuxcnc.MODE_AUTO)
         command.program_open(program)
-        command.wait_complete()
-        command.feedrate(
-            0
-        )  # until the control has read the program: on a busy machine it may wait for its own reader
+        command.wait_complete(MOST)
+        sampler = subprocess.Popen(["halsampler", "-t", samples])
+        hal("setp sampler.0.enable 1")
+        command.feedrate(0)  # until all is read that can be: the motion is not to wait for the reader
+        command.wait_complete(MOST)
         command.auto(linuxcnc.AUTO_RUN, 0)
-        until(lambda: status.interp_state != linuxcnc.INTERP_IDLE and status.queue > 0, "start", 20)
-        queued = -1
-        while queued != status.queue:
-            queued = status.queue
-            time.sleep(0.2)
-            status.poll()
+        until(lambda: status.exec_state in waiting and status.queue > 0, "read")
         command.feedrate(1)
-        come_to_rest("end")
-        subprocess.run(["halcmd", "setp", "sampler.0.enable", "0"], check=True)
-        time.sleep(0.2)
+        until_done(1, "end")
+        hal("setp sampler.0.enable 0")
+        while hal("getp sampler.0.curr-depth") != "0":
+            time.sleep(0.002)
         sampler.send_signal(signal.SIGTERM)
-        sampler.wait(5)
+        sampler.wait()
 
 
 if __name__ == "__main__":
