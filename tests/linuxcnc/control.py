@@ -107,8 +107,8 @@ def _hand_over(folder):
 
 def _samples(file, joints):
     """Joints and line numbers while the program runs, from rest to rest, none lost."""
-    lines = file.read_text(encoding="utf-8").splitlines()
-    rows = np.array([line.split() for line in lines if "overrun" not in line], dtype=float)  # the first says so
+    numbers = file.read_text(encoding="utf-8").replace("overrun", "")  # which the first line says
+    rows = np.fromstring(numbers, sep=" ").reshape(-1, joints + 2)
     moved = np.flatnonzero(np.abs(np.diff(rows[:, 1 : joints + 1], axis=0)).max(axis=1) > 1e-9)
     kept = rows[moved[0] : moved[-1] + 2]
     assert (np.diff(kept[:, 0]) == 1).all()

@@ -1,5 +1,6 @@
 """Arcs, cycles, work offsets and changes of the tool on LinuxCNC: its joints against a reader of the manuals."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,7 +40,8 @@ def job(seed, tcp):
         lines += [f"LOAD/TOOL,{tool},LENGTH,{LENGTHS[tool]:g}"] * (number != 2)
         made = arcs_file(rng, axis, across, along, 4)[0] if tcp else holes_file(rng, axis, across, along)[0]
         lines += made.splitlines()[1:]
-    return cldata.parse("\n".join(lines) + "\n")
+    faster = re.sub(r"MMPM,(\d+)", lambda feed: f"MMPM,{4 * int(feed[1])}", "\n".join(lines))  # a third of the wait
+    return cldata.parse(faster + "\n")
 
 
 class Ran:
