@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import os
+import secrets
 import shutil
 import socket
 import stat
@@ -11,7 +12,7 @@ import sys
 import tempfile
 import time
 import uuid
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import psutil
@@ -22,7 +23,7 @@ from tests.conftest import ROOT
 
 HUB = ROOT / ".jupyterhub"
 LESSON = "01_rotating_a_point.ipynb"
-PATIENCE = 90  # seconds for any one thing: a bound, not a measure
+PATIENCE = 300  # seconds for any one thing: a bound, not a measure
 DOMAIN = "mathpost.localhost"
 
 _resolve = socket.getaddrinfo
@@ -69,13 +70,12 @@ def tool(name, folder, *words, said=None):
 
 
 def free_ports(count):
-    """Ports of loopback that nobody listens on."""
-    sockets = [socket.socket() for _ in range(count)]
-    for each in sockets:
-        each.bind(("127.0.0.1", 0))
-    ports = [each.getsockname()[1] for each in sockets]
-    for each in sockets:
-        each.close()
+    """Ports of loopback that nobody listens on, below those that the system itself gives away meanwhile."""
+    ports = []
+    while len(ports) < count:
+        with socket.socket() as tried, suppress(OSError):
+            tried.bind(("127.0.0.1", 10_000 + secrets.randbelow(20_000)))
+            ports.append(tried.getsockname()[1])
     return ports
 
 
@@ -118,10 +118,8 @@ class Hub:
 
     def answers(self):
         assert self.process.poll() is None, self.log.read_text()[-3000:]
-        try:
-            return requests.get(f"{self.url}/hub/health", timeout=5).ok
-        except requests.ConnectionError:
-            return False
+        with suppress(requests.ConnectionError):
+            return requests.get(f"{self.url}/hub/health", timeout=PATIENCE).ok
 
     def __exit__(self, *_):
         family = [psutil.Process(self.process.pid), *psutil.Process(self.process.pid).children(recursive=True)]

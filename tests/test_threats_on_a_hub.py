@@ -23,14 +23,16 @@ const read = async (address, how) => {
     try { const answer = await fetch(address, {credentials: "include", ...how}); return await answer.text() }
     catch (error) { return `closed: ${error.name}` }
 };
-const opened = (address) => new Promise((resolve) => {
+const opened = async (address) => { // until the window has left the empty page that it begins with
     const other = window.open(address);
-    setTimeout(() => {
-        try { resolve(other.document.documentElement.outerHTML) }
-        catch (error) { resolve(`closed: ${error.name}`) }
-        if (other) other.close();
-    }, 2500);
-});
+    try {
+        while (other.location.href === "about:blank" || other.document.readyState !== "complete")
+            await new Promise((done) => setTimeout(done, 50));
+        return other.document.documentElement.outerHTML;
+    }
+    catch (error) { return `closed: ${error.name}` }
+    finally { other?.close() }
+};
 const token = (page) => (/xsrf_token: "([^"]+)"/.exec(page) || ["", ""])[1];
 const talk = (address) => new Promise((resolve) => {
     const socket = new WebSocket(address.replace("http", "ws"));
@@ -62,10 +64,10 @@ document.querySelector("button").onclick = async () => {
     seen.frame = await new Promise((resolve) => {
         const frame = document.createElement("iframe");
         frame.src = hub + "/hub/home";
-        document.body.append(frame);
-        setTimeout(() => {
+        frame.onload = () => {
             try { resolve(frame.contentDocument.documentElement.outerHTML) } catch (error) { resolve("closed") }
-        }, 1500);
+        };
+        document.body.append(frame);
     });
     seen.cookies = document.cookie;
     window.seen = seen;
@@ -212,6 +214,7 @@ def seen(hub):
         chromium = driver.chromium.launch(executable_path=CHROMIUM, args=given)
         for who in visitors:
             window = windows[who] = chromium.new_context().new_page()
+            window.set_default_timeout(PATIENCE * 1000)
             window.goto(f"{hub.url}/hub/login")
             window.fill("#username_input", who)
             window.fill("#password_input", f"password of {who}")
@@ -223,7 +226,7 @@ def seen(hub):
             window.goto(f"{hub.browsers['eve'].home}/page?{kernel}")
             window.click("button")
         for window in windows.values():
-            window.wait_for_function("window.seen", timeout=PATIENCE * 1000)
+            window.wait_for_function("window.seen")
         yield {who: window.evaluate("window.seen") for who, window in windows.items()}
         chromium.close()
 
