@@ -34,6 +34,7 @@ ALIGN = {"x": "center", "y": "right"}  # of the labels on an axis
 CHARTS = [path for path in LESSONS if r"\"kind\":\"chart\"" in path.read_text(encoding="utf-8")]
 SHARE = 0.015  # of the pixels may be of another colour: ends of lines, and the edges of letters
 BACKGROUND = (243, 243, 243)
+SEEN = f"async canvas => [await ({PICTURE})(canvas), canvas.strokes, canvas.texts, canvas.written]"  # of one frame
 NOTE = """const kinds = [CanvasRenderingContext2D, Path2D], calls = ['beginPath', 'moveTo', 'lineTo'];
 for (const kind of kinds) for (const name of calls) {
     const kept = kind.prototype[name];
@@ -71,8 +72,8 @@ def painted(page, source, folder):
     page.goto((folder / "view.html").as_uri())
     page.locator(".said div").first.wait_for()
     for canvas in page.locator("canvas").all():
-        image = Image.open(io.BytesIO(base64.b64decode(canvas.evaluate(PICTURE).split(",")[1])))
-        seen = canvas.evaluate("canvas => [canvas.strokes, canvas.texts, canvas.written]")
+        picture, *seen = canvas.evaluate(SEEN)
+        image = Image.open(io.BytesIO(base64.b64decode(picture.split(",")[1])))
         yield *seen, Image.alpha_composite(Image.new("RGBA", image.size, BACKGROUND), image.convert("RGBA"))
 
 

@@ -84,16 +84,16 @@ def test_many_files_deep_folders_and_zips_that_are_large_together(tmp_path, monk
 def test_what_no_count_foresees_is_bounded_too(bound, tmp_path, monkeypatch):
     def endless(path, task):
         if path.name != "eve.xlsx":
-            return honest(path, task)
+            return judged_before
         held = []
         while True:
             held += [bytes(2**24)] if bound == "memory" else []
 
-    honest = checks._checked
-    monkeypatch.setattr(checks, "_checked", endless)
-    monkeypatch.setattr(checks, "bounded", lambda: bounded(0.3 if bound == "time" else 60, 2**28))
     for name, sheet in (("ada", "u001"), ("eve", "u002")):
         workbook(SHEETS[sheet]).save(tmp_path / f"{name}.xlsx")
+    judged_before = checks.check_file(tmp_path / "ada.xlsx")  # however long a slow machine takes
+    monkeypatch.setattr(checks, "_checked", endless)
+    monkeypatch.setattr(checks, "bounded", lambda: bounded(0.3 if bound == "time" else 60, 2**28))
     ada, eve = check_folder(tmp_path).rows
     figure = {"time": "more than 0.3 s", "memory": "more than 0.25 GB of memory"}[bound]
     assert (ada[1], eve[1], eve[5]) == ("right", "unclear", f"not judged: too large ({figure})")

@@ -3,7 +3,6 @@
 import io
 import re
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,8 @@ from PIL import Image
 
 from mathpost.course import view_machine
 from mathpost.draw import live
+from tests.test_browser import Live, browser, opened  # noqa: F401, a fixture
 
-CHROMIUM = Path("/usr/bin/chromium")
 # Syntax and methods that came after 2018: a browser that does not know them shows the still picture for ever.
 NEW = re.compile(
     r"\?\?|\?\.[\w([]|(?:\|\||&&|\?\?)=|(?<!\.)\.(?:replaceChildren|replaceAll|at|findLast)\(|^ {4}[#\w]+ = ",
@@ -36,30 +35,23 @@ def test_what_is_new_is_found():
     assert not NEW.search("a ? .5 : b || c")
 
 
-def test_a_view_that_cannot_start_leaves_the_still_picture(dmu50v, tmp_path):
+def test_a_view_that_cannot_start_leaves_the_still_picture(browser, dmu50v, tmp_path):  # noqa: F811
     """Chromium without what older browsers have not: on a page and in an output, the picture and no empty frame."""
-    if not CHROMIUM.exists():
-        pytest.skip(f"no browser: {CHROMIUM} is not there")
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     view = view_machine.machine(dmu50v)
     pages = {"page": view.page(still=True), "output": f"<body style='margin:0'>{view._repr_html_()}"}
     still = np.asarray(Image.open(io.BytesIO(view.picture())).convert("RGB"), dtype=float)
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(
-            executable_path=CHROMIUM, args=["--headless", "--no-sandbox", "--disable-gpu"]
-        )
-        page = browser.new_page(viewport={"width": 980, "height": 440})
-        for name, missing in product(pages, ("", "delete window.ResizeObserver", "delete Array.prototype.flatMap")):
-            path = tmp_path / "old.html"
-            text = pages[name].replace("<script", f"<script>{missing}</script><script", 1)
-            path.write_text(text, encoding="utf-8")
-            if missing:
-                with page.expect_event("pageerror"):
-                    page.goto(path.as_uri())
-            else:
+    page = opened(browser)
+    page.set_viewport_size({"width": 980, "height": 440})
+    for name, missing in product(pages, ("", "delete window.ResizeObserver", "delete Array.prototype.flatMap")):
+        path = tmp_path / "old.html"
+        text = pages[name].replace("<script", f"<script>{missing}</script><script", 1)
+        path.write_text(text, encoding="utf-8")
+        if missing:
+            with page.expect_event("pageerror"):
                 page.goto(path.as_uri())
-                page.frames[-1].locator(".said div").first.wait_for()
-            seen = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), dtype=float)
-            apart = np.abs(seen[: len(still), : len(still[0])] - still).mean()
-            assert (apart < 1) == bool(missing), f"{name}, {missing}: {apart:.1f} apart"
-        browser.close()
+        else:
+            page.goto(path.as_uri())
+            Live(page.frames[-1]).picture()  # it is drawn
+        seen = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), dtype=float)
+        apart = np.abs(seen[: len(still), : len(still[0])] - still).mean()
+        assert (apart < 1) == bool(missing), f"{name}, {missing}: {apart:.1f} apart"

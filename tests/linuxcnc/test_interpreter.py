@@ -19,7 +19,7 @@ def interpreted(program, folder):
     """The canonical calls of a program: their names, and their numbers."""
     file = folder / "program.ngc"
     file.write_text(program, encoding="ascii")
-    out = subprocess.run(["rs274", "-g", str(file)], capture_output=True, text=True, timeout=60, check=False)
+    out = subprocess.run(["rs274", "-g", str(file)], capture_output=True, text=True, check=False)
     assert out.returncode == 0 and "PROGRAM_END" in out.stdout, out.stderr[-500:]
     calls = re.findall(r"(STRAIGHT_TRAVERSE|STRAIGHT_FEED|ARC_FEED|SET_FEED_RATE)\((.*)\)", out.stdout)
     return [(name, np.array(NUMBERS.findall(values), float)) for name, values in calls]
