@@ -5,6 +5,7 @@ import io
 import itertools
 import re
 import tempfile
+import time
 import zipfile
 from pathlib import Path
 
@@ -230,10 +231,16 @@ def test_nothing_runs_before_all_has_arrived():
     assert text == "mine.cl: expected a file that has arrived (wait, or drop it again), found 1.0 of 3.0 MB"
 
 
+def goes_on(options, say, folder):
+    """A work that has begun, and does not end."""
+    say("cutting", 1, 2)
+    time.sleep(3600)
+
+
 def test_a_cancelled_run_ends_at_once_and_leaves_nothing():
     before = left()
-    panel = workbench.post(machine="dmu50v")
-    dropped(panel, "cl", {"twisted.cl": (DATA / "cl/twisted_blade.cl").read_bytes()})
+    panel = workbench.post(cl="blade.cl", machine="dmu50v")
+    panel.work = goes_on
     panel.start()
     while not panel.bar.value:  # it has begun
         panel.thread.join(0.05)
