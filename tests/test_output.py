@@ -117,6 +117,32 @@ def test_a_signal_that_a_library_turns_into_an_error_is_still_one(swallowed_by, 
     assert status == 130 and said == "mathpost: stopped, nothing was written\n"
 
 
+WHILE_SAID = """import builtins
+say = print
+builtins.print = lambda *words, **how: (raise_signal(SIGINT), say(*words, **how))
+"""
+WHILE_TIDIED = """try:
+    raise_signal(SIGTERM)
+finally:
+    raise_signal(SIGTERM)
+    open("tidied", "w")
+"""
+
+
+@posix
+def test_a_second_signal_disturbs_neither_tidying_nor_what_is_said(tmp_path):
+    """As timeout(1) sends it, to the command and again to its group."""
+    said, status = interrupted(["show"], "sympy", WHILE_SAID + WHILE_TIDIED, tmp_path)
+    assert status == 130 and said == "mathpost: stopped, nothing was written\n"
+    assert (tmp_path / "tidied").exists()
+
+
+@posix
+def test_a_signal_does_not_disturb_a_refusal(tmp_path):
+    said, status = interrupted(["show"], "sympy", WHILE_SAID + "raise ModuleNotFoundError(name='sympy')", tmp_path)
+    assert status == 2 and said == "mathpost: this command needs sympy, which comes with mathpost[course]\n"
+
+
 @posix
 def test_a_signal_between_two_files_says_how_many_are_there(tmp_path, capsys, monkeypatch):
     (tmp_path / "one.ipynb").write_text('{"cells": []}', encoding="utf-8")

@@ -42,8 +42,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = parse(sys.argv[1:] if arguments is None else arguments)
         status = options.run(options)
         sys.stdout.flush()
+        stopping.over = True
         return status
     except BaseException as error:
+        stopping.over = True
         if isinstance(error, KeyboardInterrupt) or stopping.came():
             return _stopped()
         return _refused(error)

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 
 STATUS = 130
+over = False  # the command has ended, one way or the other: set where no signal can come between
 _came = False
 
 
@@ -20,11 +21,13 @@ def at_once(*_: object) -> None:
 
 
 def in_order(*_: object) -> None:
-    """Interrupt the command, which then removes what it left half done."""
+    """Interrupt the command, which then removes what it left half done; a second signal does not disturb it."""
     global _came
+    is_tidying = _came and sys.exc_info()[1] is not None
     _came = True
     sys.unraisablehook = _silent
-    raise KeyboardInterrupt
+    if not is_tidying and not over:
+        raise KeyboardInterrupt
 
 
 def came() -> bool:
