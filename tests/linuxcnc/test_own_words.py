@@ -17,7 +17,7 @@ from tests.independent import judge
 from tests.independent.machine_model import Model
 from tests.independent.reader import Setup, read
 from tests.linuxcnc import control
-from tests.linuxcnc.test_programs import MISSING
+from tests.linuxcnc.test_programs import DIGITS, MISSING
 from tests.post.test_own_words import arcs_file, holes_file, on_machine
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
@@ -107,7 +107,7 @@ def to_polyline(points, line):
 def test_the_joints_go_where_the_words_say(ran, tcp):
     """Nowhere else than on the moves, and to the end of each of them."""
     wanted, here = ran.noses(tcp)
-    assert to_polyline(here[::60], wanted).max() < (1e-3 if tcp else 1e-4)
+    assert to_polyline(here[::60], wanted).max() < (1e-3 if tcp else DIGITS)
     below = wanted[wanted[:, 2] < 389.9]
     below = below[np.r_[True, (np.diff(below, axis=0) != 0).any(axis=1)]]
     assert max(np.abs(here - end).max(axis=1).min() for end in below[::21]) < 0.3  # of 0.5 mm in a servo period
