@@ -66,6 +66,7 @@ def run(folder, programs, *, hal=""):
     ini = re.sub(r"^(\w*VELOCITY) = (.*)", lambda m: f"{m[1]} = {FAST * float(m[2]):g}", ini, flags=re.M)
     ini = re.sub(r"^(MAX_ACCELERATION) = (.*)", lambda m: f"{m[1]} = {FAST**2 * float(m[2]):g}", ini, flags=re.M)
     ini = re.sub(r"^(SERVO_PERIOD) = (.*)", lambda m: f"{m[1]} = {int(m[2]) // FAST}", ini, flags=re.M)
+    ini = ini.replace("COMM_TIMEOUT = 1.0", "COMM_TIMEOUT = 300")  # s; what the motion takes later is lost
     ini = ini.replace("DISPLAY = axis", f"DISPLAY = {folder / 'machinist.py'}")
     (folder / "test.ini").write_text(ini.replace("machine.hal", "test.hal"), encoding="utf-8")
     sampler = SAMPLER.format("f" * joints, joints)
