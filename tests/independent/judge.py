@@ -49,6 +49,17 @@ def to_segment(point, a, b):
     return float(np.linalg.norm(point - a - t * along))
 
 
+def to_path(points, path):
+    """Distance of each point to a path of straight lines."""
+    along = np.diff(path, axis=0)
+    square = np.maximum((along**2).sum(axis=1), 1e-300)
+    nearest = np.full(len(points), np.inf)
+    for a, line, size in zip(path, along, square, strict=False):
+        t = np.clip((points - a) @ line / size, 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(points - a - t[:, None] * line, axis=1))
+    return nearest
+
+
 def between(u, v):
     """Angle between two unit vectors, degrees; exact for small ones."""
     return math.degrees(2 * math.asin(min(1.0, float(np.linalg.norm(u - v)) / 2)))

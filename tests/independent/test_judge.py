@@ -12,6 +12,8 @@ def test_distances():
     ex, ey, ez = np.eye(3)
     assert judge.to_segment(np.array([5.0, 3, 0]), 0 * ex, 10 * ex) == 3
     assert judge.to_segment(np.array([13.0, 4, 0]), 0 * ex, 10 * ex) == 5
+    points = np.array([[5.0, 3, 0], [13, 4, 0], [9, -4, 0]])
+    assert judge.to_path(points, np.array([0 * ex, 10 * ex, 10 * ex, [10, -9, 0]])).tolist() == [3, 5, 1]
     tilted = np.array([math.sqrt(0.5) * math.cos(0.01), math.sqrt(0.5) * math.cos(0.01), math.sin(0.01)])
     assert math.isclose(judge.to_great_circle(tilted, ex, ey), math.degrees(0.01))
     assert math.isclose(judge.to_great_circle(ez, ex, ey), 90)

@@ -83,9 +83,8 @@ def arcs_and_helices_are_run(number, tcp):
     moves, samples = moves_of(result, setup, control, name)
     assert sum(move.arc for move in moves) >= len(circles)
     assert len(moves) < 60 < len(path) / 10
-    segments = list(zip(path.points, path.points[1:], strict=False))
-    off = [min(judge.to_segment(tip, *ends) for ends in segments) for tip in samples.tip[::7]]
-    assert max(off) < TOLERANCE and max(judge.between(each, axis) for each in samples.axis) < 1e-3
+    assert judge.to_path(samples.tip[::7], path.points).max() < TOLERANCE
+    assert max(judge.between(each, axis) for each in samples.axis) < 1e-3
     curved = np.array([moves[move].arc for move in samples.move])
     from_circle = [
         np.abs(np.linalg.norm(np.cross(samples.tip[curved] - centre, axis), axis=1) - radius)
