@@ -41,10 +41,10 @@ def test_alone(name, backward):
     assert scored[True] >= 0.95 * scored.total() and scored.total() > 20, scored
 
 
-def test_two_together():
+def test_two_together(of):
     kin, rng, scored = Kinematics(load("bc_table")), np.random.default_rng(12), Counter()
     right, pairs = Setup.right(kin.machine), list(combinations(causes(kin.machine), 2))
-    for n in rng.choice(len(pairs), 15, replace=False):
+    for n in rng.choice(len(pairs), of(8, 15), replace=False):
         given = drawn(rng, kin)
         found = explain_tip(kin, given, misread(right, *pairs[n]).pose(given[None])[0, :3].round(4), decimals=4)
         both = [all(cause.slip.phrase in sentence for cause in pairs[n]) for sentence in said(found)]
@@ -54,10 +54,10 @@ def test_two_together():
 
 
 @pytest.mark.parametrize("name", ["bc_table", "ac_head"])
-def test_what_nothing_explains_is_not_explained(name):
+def test_what_nothing_explains_is_not_explained(name, of):
     """A tip that is off by anything, to three decimals."""
     kin, rng = Kinematics(load(name)), np.random.default_rng(13)
-    for _ in range(8):
+    for _ in range(of(3, 8)):
         given = drawn(rng, kin)
         tip = kin.forward(given, degrees=True)[0] + rng.uniform(-50, 50, 3)
         assert not explain_tip(kin, given, tip.round(3), decimals=3).explained

@@ -29,7 +29,7 @@ LENGTHS = {1: 80.0, 3: 80.0, 5: 112.0}
 OPERATIONS = ((4, 3), (2, 3), (4, 5), (2, 5), (4, 3))  # work offset and tool of each
 
 
-def job(rng, setup, offsets):
+def job(rng, setup, offsets, each=5):
     """CL data of `OPERATIONS`, and their records in the coordinates of work offset 4."""
     lines, records, loaded = ["UNITS/MM", "SPINDL/RPM,900,CLW", "FEDRAT/700,MMPM"], [], None
     for number, tool in OPERATIONS:
@@ -37,7 +37,7 @@ def job(rng, setup, offsets):
         if tool != loaded:
             lines.append(f"LOAD/TOOL,{tool},LENGTH,{LENGTHS[tool]:g}")
         loaded, base = tool, rng.uniform(5, 25, 2)
-        for n in range(10):
+        for n in range(each):
             angles = base + np.multiply(n, [0.3, 0.5]) * (number == 2)
             _, axis = Kinematics(setup).forward([0, 0, 0, *angles], degrees=True)
             tip = rng.uniform([-15, -15, -3], [15, 15, 6])
@@ -58,7 +58,7 @@ def test_each_operation_is_cut_at_its_origin(control, tcp, of):
         others = ((2, tuple((setup.origin + shift).tolist())),)
         head = ("; OURS",) if control == "heidenhain" else ("G40",)
         setup = replace(setup, offset=4, offsets=others, program_head=head)
-        text, tips, axes = job(rng, setup, {4: np.zeros(3), 2: shift})
+        text, tips, axes = job(rng, setup, {4: np.zeros(3), 2: shift}, of(5, 10))
         result = run(cldata.parse(text), setup, dialect=control, tcp=tcp)
         model = Model(DATA / "machines" / f"{name}.toml", origin=setup.origin)
         offsets = {"G55": shift, 2: shift, "G57": np.zeros(3), 4: np.zeros(3)}
