@@ -10,7 +10,7 @@ import re
 import textwrap
 import unicodedata
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -231,7 +231,7 @@ def _pattern(word: str) -> str:
 
 
 def load(name: str | Path) -> Control:
-    """Return a control by its name, or from a file of the user's.
+    """Return a control by its name, or from a file of the user's; those of the package are read once.
 
     `InputError` is raised if there is none, or the file has a wrong key or value.
 
@@ -241,11 +241,18 @@ def load(name: str | Path) -> Control:
     ['G41 D31']
     """
     path = _find(str(name))
+    return _read_once(path) if path.parent == data_file("controls") else _read(path)
+
+
+def _read(path: Path) -> Control:
     content = _with_inherited(path, ())
     try:
         return from_dict(content, str(path))
     except InputError as error:
         raise InputError(_with_line(path, error.where), error.expected, error.found) from None
+
+
+_read_once = cache(_read)
 
 
 def control_for(machine: Machine, control: Control | str | Path) -> Control:
