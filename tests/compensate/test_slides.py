@@ -1,4 +1,4 @@
-"""A step in a slide's positioning: from a laser's run in machine coordinates to a program with two tools.
+"""A step in a slide's positioning: from a laser's run in machine coordinates to two tools in two work offsets.
 
 The machine is that of `tests.independent.machine_model`, with encoders of its own: the nose is where the slide's
 encoder says, plus the step. A program is read by the reader that was written from the controls' manuals.
@@ -14,7 +14,9 @@ from tests.independent.machine_model import Model
 from tests.independent.reader import Setup, read
 
 STEP, PLACE = 0.020, 40.0  # mm, and mm in machine coordinates of the slide
-LENGTHS = {1: 80.0, 2: 145.0}  # neither is that of the machine file
+LENGTHS = {1: 80.0, 2: 145.0}  # of tools, neither is that of the machine file
+SHIFT = (7.0, -18.0, 26.0)  # from the work offset 1, which the first tool uses, to 2, which the second one does
+ORIGIN = [15.0, -25.0, 35.0]
 TRUNNION = [("A", "workpiece", (-1, 0, 0), (20, 0, -50)), ("C", "workpiece", (0, 0, -1), (10, -30, 0))]
 MIXED = [("C", "workpiece", (0, 0, 1), (10, -30, 0)), ("B", "tool", (0, 1, 0), (0, 0, 180))]
 HEAD = [("C", "tool", (0, 0, 1), (0, 0, 60)), ("A", "tool", (1, 0, 0), (0, 5, 200))]
@@ -47,7 +49,7 @@ def content(name):
         "name": name,
         "source": "test",
         "rotary": [dict(zip(keys, (*each[:2], *map(list, each[2:])), strict=True)) | travel for each in rotary],
-        "workpiece": {"origin": [15, -25, 35]},
+        "workpiece": {"origin": ORIGIN, "offset": 1, "offsets": {"2": np.add(ORIGIN, SHIFT).tolist()}},
         "tool": {"axis": list(axis), "length": 110, "programmed_point": named},
         "linear": linear,
     }
@@ -67,13 +69,14 @@ def job(model, slide, rng):
     """CL data whose records are round the step for each tool, and what they are: tips and tool axes."""
     lines, records, index = ["UNITS/MM", "FEDRAT/700,MMPM"], [], "XYZ".index(slide)
     for tool, length in LENGTHS.items():
-        lines.append(f"LOAD/TOOL,{tool},LENGTH,{length:g}")
+        lines += [f"MCSYS/NUM,{tool}", f"LOAD/TOOL,{tool},LENGTH,{length:g}"]
         start, turned = rng.uniform(-30, 30, 3), rng.uniform(15, 25, 2)
         for n in range(13):
             slides = start + np.multiply(n, [0.5, 0.3, -0.4])
             slides[index] = PLACE - 12 + 2 * n
             tip, axis = model.place(model.nose_of_slides(slides), turned + 0.2 * n, length)
-            lines.append("GOTO/" + ",".join(f"{x:.9f}" for x in (*tip, *axis)))
+            counted = tip - np.multiply(SHIFT, tool == 2)
+            lines.append("GOTO/" + ",".join(f"{x:.9f}" for x in (*counted, *axis)))
             records.append((tip, axis))
     return "\n".join(lines) + "\n", *(np.array(each) for each in zip(*records, strict=True))
 
@@ -81,7 +84,8 @@ def job(model, slide, rng):
 def reached(program, model, slide, dialect, tips, axes):
     """How far the tip of the real machine is from each record, mm."""
     held = dialect != "fanuc"  # by the tool call, not by G43
-    moves = read(program, dialect, Setup(model, lengths=LENGTHS, length_on=held))
+    offsets = {"G54": np.zeros(3), "G55": np.array(SHIFT), 1: np.zeros(3), 2: np.array(SHIFT)}
+    moves = read(program, dialect, Setup(model, offsets=offsets, lengths=LENGTHS, length_on=held))
     samples, along, real = judge.sample(model, moves), np.eye(3)["XYZ".index(slide)], []
     for row, nose, angles in zip(samples.move, samples.nose, samples.angles, strict=True):
         stands = nose + off(model.slides(nose) @ along) * along
