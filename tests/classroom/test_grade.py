@@ -124,19 +124,29 @@ def test_the_same_hand_ins_and_no_others(handed_in):
     assert grade(handed_in).same == [(TEXT, f"{LESSON}.ipynb", ["first", "second"])]
 
 
+@pytest.fixture(scope="module")
+def mixed_up(tmp_path_factory):
+    """A class that answers one exercise each: not, right, and by every mix-up that it names."""
+    folder = tmp_path_factory.mktemp("mixed_up")
+    for name, each in OURS.items():
+        answers = {"open": None, "right": each.solution}
+        answers |= {f"student {n}": value for n, value in enumerate(dict(each.mixed_up).values())}
+        for student, value in answers.items():
+            write(folder / f"{name} {student}" / "work.ipynb", notebook([(name, value)]))
+    graded = grade(folder)
+    return graded.results, graded.mixups(), graded.failed()
+
+
 @pytest.mark.parametrize("name", OURS)
-def test_every_named_mixup_is_counted(name, tmp_path):
-    sentences = dict(OURS[name].mixed_up)
-    for number, value in enumerate(sentences.values()):
-        write(tmp_path / f"student {number}" / "work.ipynb", notebook([(name, value)]))
-    write(tmp_path / "right" / "work.ipynb", notebook(solved([name])))
-    write(tmp_path / "open" / "work.ipynb", notebook([(name, None)]))
-    graded = grade(tmp_path)
-    statuses = [each.status(name) for each in graded.results]
+def test_every_named_mixup_is_counted(name, mixed_up):
+    sentences, (results, mixups, failed) = dict(OURS[name].mixed_up), mixed_up
+    statuses = [each.status(name) for each in results if each.name.startswith(f"{name} ")]
     assert statuses == [OPEN, RIGHT] + [WRONG] * len(sentences)
     said = [OURS[name].verdict(value).mixup for value in sentences.values()]
-    assert all(said) and sum(number for *_, number in graded.mixups()) == len(sentences)
-    assert graded.failed() == ([(name, len(sentences) + 1, len(sentences))] if sentences else [])
+    assert all(said) and sum(number for of, *_, number in mixups if of == name) == len(sentences)
+    assert [each for each in failed if each[0] == name] == (
+        [(name, len(sentences) + 1, len(sentences))] if sentences else []
+    )
 
 
 def test_of_several_answers_the_best_counts_and_every_mixup(tmp_path):

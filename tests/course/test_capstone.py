@@ -13,7 +13,8 @@ from mathpost.course.verdict import EXERCISES, RIGHT
 from mathpost.post import verify
 from tests.course import capstone_by_hand as hand
 
-SEEDS = [0, 8, 14, 17, 19, 21, 1001, 1002, 1003, 1004]  # each kind of machine, each place of the pole, both travels
+SEEDS = [0, 14, 17, 21, 1003]  # each kind of machine, each place of the pole, both travels
+MORE = [8, 19, 1001, 1002, 1004]
 EXERCISE = EXERCISES["07c-program"]
 A_TURN, ABOVE = np.array([0, 0, 0, 0, 2 * np.pi]), np.array([0, 0, 1])
 
@@ -27,16 +28,16 @@ def judged(text, seed=0):
     return EXERCISE.complaint(text, seed)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_part_and_a_machine_are_done_in_plain_numpy(seed):
-    given = task(seed)
-    machine = hand.Machine(given.machine)
-    inverse = EXERCISES["07c-inverse"]
-    assert inverse.complaint([machine.inverse(*each).tolist() for each in INVERSE.inputs], seed) == ""
-    assert judged(by_hand(seed), seed) == ""
+def test_a_part_and_a_machine_are_done_in_plain_numpy(of):
+    for seed in of(SEEDS, SEEDS + MORE):
+        given = task(seed)
+        machine = hand.Machine(given.machine)
+        inverse = EXERCISES["07c-inverse"]
+        assert inverse.complaint([machine.inverse(*each).tolist() for each in INVERSE.inputs], seed) == "", seed
+        assert judged(by_hand(seed), seed) == "", seed
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", SEEDS + MORE)
 def test_the_numbers_asked_for_are_those_of_plain_numpy(seed):
     _, axes, _ = hand.records(task(seed).cl)
     t = np.linspace(0, 1, 10001)
