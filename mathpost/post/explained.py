@@ -29,6 +29,8 @@ CANDIDATES = 40  # blocks of which one must be on the path, or at the first reco
 BEHIND, AHEAD = 3, 64  # records before and behind the place of a program where its next block may be
 LEAST_GAIN = 0.01  # mm that the tip moves for a mm of the tool, below which nothing is said of its length
 Poses = tuple[np.ndarray, np.ndarray]  # tips and tool axes of the blocks
+SAME_ANGLE = 1e-6  # degrees, by which an axis turns that need not be named
+STEP = 100.0  # mm, between the points that show in which coordinates words are
 LONGEST = 20_000  # lines of a program whose words are edited and which is read anew
 
 
@@ -151,12 +153,39 @@ def _left_out(case: Case, off: Off) -> Iterator[str]:
     words = both[nearest]
     words[3:] = before[3:] + turns[nearest]
     words[:3] = tip if case.tcp[block] else words[:3]
-    numbers = zip(kin.machine.joint_names, words.tolist(), strict=True)
-    line = case.begin + "".join(f"{axis_word(name)}{value:.6f}" for name, value in numbers)
-    texts = case.text.splitlines()
-    texts.insert(int(case.lines[block]) - 1, line)
-    if _reads_right(case, texts):
-        yield f"record {record + 1} is left out: a block is missing before line {case.lines[block]}"
+    names = kin.machine.joint_names
+    turned = [(names[3 + n], words[3 + n]) for n in np.flatnonzero(np.abs(turns[nearest]) > SAME_ANGLE)]
+    texts, at = case.text.splitlines(), int(case.lines[block]) - 1
+    for moved in (names[:3], names[:2]):  # in a cycle that is on, a third word would be that of the depth
+        line = _line_to(case, texts[:at], words[:3], moved, turned)
+        if line and _reads_right(case, [*texts[:at], line, *texts[at:]]):
+            yield f"record {record + 1} is left out: a block is missing before line {case.lines[block]}"
+            return
+
+
+def _line_to(
+    case: Case, before: list[str], wanted: np.ndarray, names: tuple[str, ...], turned: list[tuple[str, float]]
+) -> str:
+    """A line behind others that leads to X Y Z of `words`, in the coordinates that hold there; "" if there is none.
+
+    Which these are, those of a tilted plane or from another origin, is found by reading lines to four points.
+    """
+
+    def line(values: np.ndarray) -> str:
+        numbers = [*zip(names, values.tolist(), strict=True), *turned]
+        return case.begin + "".join(f"{axis_word(name)}{value:.6f}" for name, value in numbers)
+
+    try:
+        count = len(case.read("\n".join([*before, ""])))
+
+        def reached(values: np.ndarray) -> np.ndarray:
+            return case.read("\n".join([*before, line(values), ""]))[count, :3]
+
+        start = reached(np.zeros(len(names)))
+        columns = [(reached(STEP * unit) - start) / STEP for unit in np.eye(len(names))]
+    except (MathpostError, IndexError):
+        return ""
+    return line(np.linalg.lstsq(np.transpose(columns), wanted - start)[0])
 
 
 def _reads_right(case: Case, texts: list[str]) -> bool:

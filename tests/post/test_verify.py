@@ -7,11 +7,14 @@ import pytest
 
 from mathpost import machine
 from mathpost.errors import MathpostError
+from mathpost.path import cl as cldata
+from mathpost.post import run
 from mathpost.post.verify import verify
 from mathpost.shell.main import main
 from tests.conftest import DATA
 from tests.independent.machine_model import Model
 from tests.post import slips
+from tests.post import test_own_words as own_words
 from tests.post.rewritten import rewritten
 
 
@@ -154,3 +157,20 @@ def test_the_way_under_tcp_may_leave_travel():
     )
     judged = verify(text, machine.load("dmu50v"))
     assert judged.outside == ((3, "on the way: Y 240.000mm is outside -225 … 225"),)
+
+
+@pytest.mark.parametrize("control", ["heidenhain", "fanuc", "siemens"])
+def test_a_block_that_is_lost_on_a_tilted_plane_is_named(control):
+    """Words of a line that is put back are those of the plane, whatever its coordinates."""
+    setup, axis, across, along = own_words.on_machine("ac_table", A=20.0, C=35.0)
+    lines = ["UNITS/MM", "FEDRAT/400,MMPM", "RAPID", f"GOTO/{own_words.numbers(30 * axis, axis)}"]
+    lines += ["RAPID", f"GOTO/{own_words.numbers(20 * across + 9 * axis)}"]
+    lines += [f"GOTO/{own_words.numbers((20 + step % 2) * across + 4 * step * along)}" for step in range(9)]
+    path = cldata.parse("\n".join(lines) + "\n")
+    text = run(path, setup, dialect=control).program
+    rows = text.splitlines()
+    after = next(n for n, row in enumerate(rows) if re.search("PLANE|G53.1|CYCLE800", row))
+    for gone in (after + 1, after + 4):
+        lost = "\n".join([*rows[:gone], *rows[gone + 1 :]]) + "\n"
+        judged = verify(lost, setup, control, cl=path)
+        assert judged.status == 1 and "is left out: a block is missing" in judged.explained[0], judged
