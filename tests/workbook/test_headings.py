@@ -87,6 +87,18 @@ def test_what_is_right_only_under_exchanged_headings_is_exchanged(name, style, d
         assert {fault.place[along] for fault in report.faults} <= {at[key][along] for key in way}
 
 
+@pytest.mark.parametrize("name", ["ac_head", "bc_table"])
+def test_a_wrong_number_under_right_headings_is_that_number(name, tmp_path):
+    headings, cells, at = named_numbers(name, "suffix", False)  # in whole degrees
+    task = Task(machine=MACHINES / f"{name}.toml")
+    cells |= {at[key]: heading for key, heading in headings.items()}
+    for letter in "xyz":
+        sheet, row, column = at["linear", letter]
+        place = sheet, row + 2, column
+        report = checked(tmp_path / f"{letter}.xlsx", cells | {place: cells[place] + 0.7}, task)
+        assert [fault.place for fault in report.faults] == [place], str(report)
+
+
 def points(down, order="xyz"):
     """Five points and what becomes of them, in rows or in columns, and its places; formulas written by hand."""
     (a, b, c), cells = np.radians(ANGLES), {("S", 1, 1): "ZXZ Euler angles, coordinates in the turned frame"}

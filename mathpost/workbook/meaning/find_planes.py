@@ -29,21 +29,27 @@ CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
 SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
 EULER = r"G68\.2|EULER|EULPR|欧拉|ZXZ"
 NORMAL = r"^z|normal|法"
+A_PLANE = rf"plane|ebene|[平斜]面|CYCLE ?800|{SPATIAL}|{EULER}"
 NAMED = (*PLANE_WORDS, ("a", "b", "c"))
 Best = tuple[tuple[int, int, int], Plane | None]  # how well a reading fits, as of `_fits`, and the reading
 
 
 def find_planes(found: Recognised) -> Iterator[Plane]:
-    """Yield the `Plane`s of a `Recognised` workbook: angles in line by inverse functions, from directions."""
+    """Yield the `Plane`s of a `Recognised` workbook: angles in line by inverse functions, from directions.
+
+    Two angles of one direction are a plane's if a text says so, or names axes: else they may be a machine's words.
+    """
     graph = found.graph
     taken: set[Place] = set()
     angles = computed_angles(
         graph, graph.downstream(p for p, t in graph.trees.items() if heads(t) & TRIGONOMETRY.keys())
     )
+    is_said = found.by != "source 000" or re.search(A_PLANE, found.text, re.I)
+    sizes = (3, 2) if is_said else (3,)
     for step in (1, 2, 3, 4):
         planes, left = {}, angles - taken
         sure: set[Place] = set()
-        for size, place, (down, right), k in product((3, 2), found.sorted(left), ((step, 0), (0, step)), range(3)):
+        for size, place, (down, right), k in product(sizes, found.sorted(left), ((step, 0), (0, step)), range(3)):
             line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
             others = [p for p in line if p not in angles]
             if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
@@ -96,10 +102,15 @@ def _origin(graph: Graph, place: Place) -> Place:
 
 
 def _is_of_a_table(graph: Graph, line: Collection[Place], along: int) -> bool:
-    """Whether each of some angles is calculated, like the next, from its own row, or its column for `along` 2."""
+    """Whether each of some angles is calculated, like the next, from its own row, or its column for `along` 2.
+
+    Or all by one formula, of numbers that no two have in common.
+    """
     leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in line}
+    if len({*map(graph.form, line)}) == 1 and len(set().union(*leaves.values())) == sum(map(len, leaves.values())):
+        return True
     own = all({(q[0], q[along]) for q in found} == {(p[0], p[along])} for p, found in leaves.items())
-    return own and (len({*map(graph.form, line)}) == 1 or all(len(found) > 1 for found in leaves.values()))
+    return own and all(len(found) > 1 for found in leaves.values())
 
 
 def _is_given(found: Recognised, place: Place, angles: set[Place]) -> bool:

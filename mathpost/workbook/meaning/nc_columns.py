@@ -164,7 +164,7 @@ def _column(graph: Graph, sheet: str, lines: range, number: int, along: int) -> 
         cell = graph.cells.get(place(line))
         if cell and isinstance(cell.value, str) and len(texts) < 3:
             texts.append(normal(cell.value))
-            raw = raw or {UNIT.sub("", cell.value).strip()}
+            raw = raw or {UNIT.sub("", cell.value).strip()} - {""}
     letters = next(filter(None, map(letters_of, texts)), {})
     places = tuple(map(place, lines))
     numbers = accumulate((graph.own.get(p) if p in graph.component else None for p in places), _or_before)
@@ -187,7 +187,7 @@ def _table(graph: Graph, kinematics: Kinematics, columns: list[Column], enough: 
     count = len(columns[0].places)
     sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
     headed = Headed(graph, columns, kinematics, alone=enough == ENOUGH_OF_ROTARY)
-    roles = headed.settle() or Roles(graph, columns, kinematics, sample).find(enough)
+    roles = headed.settle() or Roles(graph, columns, kinematics, sample).find(enough) or headed.first
     if roles is None:
         return None
     columns = headed.columns  # under their own headings

@@ -134,6 +134,11 @@ class Headed:
         order = self._order() if self.orders else None
         return _parts(order) if order else None
 
+    @property
+    def first(self) -> dict[str, Sequence[int]] | None:
+        """The columns as they follow, where headings name all and do not tell the tip from X Y Z."""
+        return _parts(self.orders[0]) if self.orders else None
+
     def _order(self) -> Order | None:
         right = self.right(np.array(self.orders))
         if right.max() >= 0.5:

@@ -51,13 +51,16 @@ def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> It
     slack = spread.max(axis=1) + case.half_digit
     demanded, _ = nearest(words[:, 3:], both, slack=slack[:, None])
     off = (words[:, 3:] - demanded + 180) % 360 - 180
-    right = (np.abs(off) <= slack) | case.makes_the_axis()[:, None]
-    demanded = words[:, 3:] - np.where(right, 0, off)
+    any_is = case.makes_the_axis()[:, None]  # as at the pole
+    right = (np.abs(off) <= slack) | any_is
+    demanded = words[:, 3:] - np.where((np.abs(off) <= slack) | ~any_is, off, 0)
     linear, from_words = (rows[0].close(tip, axis, np.deg2rad(angles)) for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
-    allowed = half + 2 * np.deg2rad(half_angle) * reach + 1e-6 + ROUNDED * bool(rows[0].further)
-    difference = words[:, :3] - np.where(np.abs(words[:, :3] - linear) <= allowed, linear, from_words)
-    wrong = np.abs(difference) > allowed
+    half = half + 1e-6 + ROUNDED * bool(rows[0].further)
+    # Made of the angles that are demanded, as closely as the tool axis tells them, or of the words as they are.
+    allowed = half + 2 * np.deg2rad(np.minimum(spread.max(axis=(1, 2))[:, None], half_angle)) * reach
+    difference = words[:, :3] - linear
+    wrong = (np.abs(difference) > allowed) & (np.abs(words[:, :3] - from_words) > half)
     constant = wrong.all(axis=0) & (np.ptp(difference, axis=0) <= 4 * allowed.max()) & (len(rows) > 2)
     for r, row in enumerate(rows):
         for k in (3, 4) if alone else (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words

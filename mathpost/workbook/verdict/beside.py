@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from mathpost.workbook.sheet.place import Place
-from mathpost.workbook.sheet.samples import same
+from mathpost.workbook.sheet.samples import CLOSE, same
 from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.around import Around
 from mathpost.workbook.verdict.beside_numbers import BesideNumbers
@@ -27,6 +29,7 @@ UNLIKE_TEXT = "it is a vector that follows from right results, but another one t
 TAKES_NOTHING = "it refers to an empty cell"
 COMPOSED = "it makes an angle of other numbers, and the task does not say how"
 POINT = "it makes a point or an origin of other numbers, and the task does not say how"
+NOT_TAKEN = "it is of a matrix that shifts, and no result takes it, as others are taken"
 UNKNOWN = "it is no number, and of no vector, that follows from right results"
 
 
@@ -62,7 +65,7 @@ class Beside:
         own = judge.faults[before:]
         judge.faults[before:] = sorted(own, key=lambda fault: self.graph.calculation_order(fault.place))
         doubts += [(UNLIKE_TEXT, vectors.doubtful), (COMPOSED, composed), (POINT, self._computed_points())]
-        doubts.append((UNKNOWN, unknown))
+        doubts += [(NOT_TAKEN, self._shifts_not_taken()), (UNKNOWN, unknown)]
         self.unjudged = set().union(*(places for _, places in doubts))
         self.rules = vectors.rules | numbers.rules
         self.rules |= {place: rule for rule, places in doubts[::-1] for place in places}
@@ -72,6 +75,18 @@ class Beside:
         graph, tree = self.graph, self.graph.tree(place)
         single = [area.places[0] for area in areas(tree) if area.shape == (1, 1)] if tree[0] != "IF" else []
         return not graph.cells.keys() >= set(single)
+
+    def _shifts_not_taken(self) -> set[Place]:
+        """Formulas of a 4×4 that only shifts and that nothing uses, beside others that results take: left out?"""
+        graph, judge, found = self.graph, self.judge, set()
+        windows = [{*window} for window in self.found.windows if len(window) == 16]
+        up = graph.upstream(judge.targets)
+        for window in windows if any(map(up.issuperset, windows)) else ():
+            turn = judge.block(self.found.sorted(window)).reshape(4, 4, -1)[:3, :3]
+            users = {user for p in window for user in graph.used.get(p, ())} - window
+            if not users and np.abs(turn - np.eye(3)[..., None]).max() < CLOSE:
+                found |= window & graph.trees.keys()
+        return found
 
     def _computed_points(self) -> set[Place]:
         """Formulas that make points or origins of other numbers, which the task does not say; but for means."""

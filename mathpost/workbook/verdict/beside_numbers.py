@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +31,7 @@ BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹�
 MANY = 200  # cells that are nothing known: of more no rule is tried that compares them with each other
 KNOWN = "it is a number that follows from right results: a length, distance, angle, entry or sum"
 CONFIRMED = "a formula of the same form makes the same of the points before they are turned, or after it"
+KEPT = "it is made of right results, and at all inputs what a step towards them is: what a turn keeps"
 MADE_OF_KNOWN = "it is a sum, mean, extreme, square or difference of right cells of one form"
 REPAIRED = "one repair makes it what it should be"
 
@@ -75,6 +77,8 @@ class BesideNumbers:
         """The rule that tells what a cell is that is nothing known, or None."""
         if self._is_confirmed(place, unknown):
             return CONFIRMED
+        if self._is_kept(place):
+            return KEPT
         if self._is_another_angle(place):
             return None
         if self._is_made_of_known(place, unknown):
@@ -110,6 +114,19 @@ class BesideNumbers:
                 self.rules[other] = CONFIRMED
                 return True
         return False
+
+    def _is_kept(self, place: Place) -> bool:
+        """Whether it is made of results, and the same number as a step that is made of none, as u·p′ = u·p."""
+        now, up = self.judge.now(place), self.graph.upstream([place])
+        of_results = any(up.issuperset(turn.results) for turn in self.turns)
+        return of_results and np.ptp(now[1:]) > CLOSE and bool(agree(now, self._steps).any())
+
+    @cached_property
+    def _steps(self) -> np.ndarray:
+        """The values of the formulas that results need and that need none, shape (steps, samples)."""
+        graph, results = self.graph, [p for turn in self.turns for p in turn.results]
+        steps = graph.upstream(results) & graph.trees.keys() - graph.downstream(results)
+        return np.array([self.judge.now(p) for p in self.found.sorted(steps)]).reshape(-1, SAMPLES)
 
     def _is_unlike(self, place: Place, unknown: set[Place]) -> bool:
         """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""
