@@ -102,15 +102,10 @@ def _origin(graph: Graph, place: Place) -> Place:
 
 
 def _is_of_a_table(graph: Graph, line: Collection[Place], along: int) -> bool:
-    """Whether each of some angles is calculated, like the next, from its own row, or its column for `along` 2.
-
-    Or all by one formula, of numbers that no two have in common.
-    """
+    """Whether each of some angles is calculated, like the next, from its own row, or its column for `along` 2."""
     leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in line}
-    if len({*map(graph.form, line)}) == 1 and len(set().union(*leaves.values())) == sum(map(len, leaves.values())):
-        return True
     own = all({(q[0], q[along]) for q in found} == {(p[0], p[along])} for p, found in leaves.items())
-    return own and all(len(found) > 1 for found in leaves.values())
+    return own and (len({*map(graph.form, line)}) == 1 or all(len(found) > 1 for found in leaves.values()))
 
 
 def _is_given(found: Recognised, place: Place, angles: set[Place]) -> bool:

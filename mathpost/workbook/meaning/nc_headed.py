@@ -51,17 +51,19 @@ def named(columns: Sequence[Column], joints: Sequence[str], alone: bool) -> tupl
     `joints` are the letters of the five words, or two that are `alone`, without X Y Z and a tip. None are named
     unless each is, by as many columns as there should be.
     """
-    for letters in ("ijk", "uvw", "xyz")[: 3 - alone]:
-        groups = {"axis": letters, "rotary": joints[3:]}
-        if not alone:
-            groups = {"tip": "xyz", "axis": letters, "linear": joints[:3], "rotary": joints[3:]}
-        headings = [Heading(part, letter) for part, group in groups.items() for letter in group]
-        asked = [heading.letter for heading in headings]
-        found = {letter: _of_letter(columns, letter, asked.count(letter)) for letter in asked}
-        if all(len(found[letter]) == asked.count(letter) for letter in found):
-            orders = [order for order in _orders(columns, headings, found) if len({*order}) == len(order)]
-            return headings, list(dict.fromkeys(orders))
-    return [], []
+    said = {letter for column in columns for letter in column.letters}
+    letters = next((letters for letters in ("ijk", "uvw") if not said.isdisjoint(letters)), "xyz")
+    if alone and letters == "xyz":
+        return [], []
+    groups = {"tip": "xyz", "axis": letters, "linear": joints[:3], "rotary": joints[3:]}
+    groups = {part: groups[part] for part in ("axis", "rotary")} if alone else groups
+    headings = [Heading(part, letter) for part, group in groups.items() for letter in group]
+    asked = [heading.letter for heading in headings]
+    found = {letter: _of_letter(columns, letter, asked.count(letter)) for letter in asked}
+    if not all(len(found[letter]) == asked.count(letter) for letter in found):
+        return [], []
+    orders = [order for order in _orders(columns, headings, found) if len({*order}) == len(order)]
+    return headings, list(dict.fromkeys(orders))
 
 
 def _of_letter(columns: Sequence[Column], letter: str, count: int) -> list[int]:

@@ -176,11 +176,11 @@ def evaluate(
         return look(parts[0], take=take)
     if head in ("number", "text"):
         return np.array([[[parts[0] if head == "number" else np.nan]]])
-    texts = [float(part[0] == "text") for part in parts]
-    if head in COMPARISONS and sum(texts) == 1:  # every text is beyond every number
+    texts = [float(part[0] == "text") for part in parts] if head in COMPARISONS else []
+    if sum(texts) == 1:  # every text is beyond every number
         (number,) = (evaluate(part, look, functions, held) for part in parts if part[0] != "text")
         return np.where(np.isfinite(number), COMPARISONS[head](*texts), np.nan)
-    if head not in functions or (head in COMPARISONS and any(texts)):
+    if head not in functions or any(texts):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
     take = take if head == "TRANSPOSE" else TAKES.get(head, "")  # what is empty stays so
     values = [evaluate(part, look, functions, held, take) for part in parts]

@@ -183,10 +183,10 @@ class Graph(Links):
     @staticmethod
     def _stacked(numbers: list[np.ndarray], shape: tuple[int, int]) -> np.ndarray:
         """Values of several cells as one array, shape (samples, rows, columns)."""
-        if not numbers:
-            return np.zeros((1, *shape))
         if len(numbers) == 1:
             return numbers[0][:, None, None]
+        if not numbers:
+            return np.zeros((1, *shape))
         found = np.empty((max(map(len, numbers)), len(numbers)), max(n.dtype for n in numbers))
         for k, number in enumerate(numbers):
             found[:, k] = number
