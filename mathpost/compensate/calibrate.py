@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mathpost.compensate import further, suspect, verdict
+from mathpost.compensate import further, probed, suspect, verdict
 from mathpost.compensate import readings as files
 from mathpost.compensate.agree import apart
 from mathpost.compensate.model import SQUARENESS, MachineErrors, constant_errors, error_names, out_of_square
@@ -175,7 +175,8 @@ def calibrate(machine: Machine, paths: Sequence[Path | str], **settings: Any) ->
         found = estimate(machine, read)
     except InputError as error:
         causes = suspect.causes(machine, paths, read, settings, None, estimate)
-        raise InputError(error.where, error.expected, "; ".join([str(error.found), *causes])) from None
+        said = [str(error.found), *probed.unexplained(machine, read), *causes]
+        raise InputError(error.where, error.expected, "; ".join(said)) from None
     causes = suspect.causes(machine, paths, read, settings, found, estimate)
     return replace(found, doubts=(*found.doubts, *causes))
 
@@ -200,7 +201,7 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
     doubts, notes = verdict.judge(problem, solution)
     doubts = (*files.copied(blocks), *doubts, *apart(problem, solution))
     notes = (*notes, *verdict.left_out(problem, solution, found))
-    far, unmoved = verdict.far_off(found), verdict.unmoved(problem)
+    far, unmoved = verdict.far_off(found), probed.unmoved(problem.machine, problem.blocks)
     if any(each.method not in files.PROBED for each in blocks) or (far and unmoved):
         return replace(found, doubts=(*far, *unmoved, *doubts), notes=notes)
     return replace(found, doubts=doubts, notes=(*far, *unmoved, *notes))  # a probe may be meant to find an axis

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -91,6 +91,8 @@ def positioning(table: Table, machine: Machine) -> Positioning:
     reversal = max((abs(group[0].mean() - group[1].mean()) for group in groups if len(group) == 2), default=0.0)
     closure, doubts = _closure(turns, sigma, "arcsec" if rotary else "µm", name)
     doubts = (*doubts, *_odd_run(table.path, columns, backwards, values))
+    if len(values) >= FEWEST:
+        doubts = (*doubts, *(f"{table.path}: {each}" for each in _confused(columns, np.array(backwards), values)))
     size = np.degrees(3600) if rotary else 1e3
     if 0 < size * np.abs(values).max() < SMALLEST:
         found = f"{size * np.abs(values).max():.4f} {'arcsec' if rotary else 'µm'}"
@@ -121,8 +123,7 @@ def _odd_run(path: str, columns: Sequence[str], backwards: Sequence[bool], value
     if len(columns) < 3 or len(values) < FEWEST or not peers:
         return ()
     shape, targets, spare = values - values.mean(axis=0), len(values) - 1, len(columns) - 2
-    steps = np.diff(np.unique(np.round(values, 12)))
-    rounded = steps.min() / np.sqrt(12) if len(steps) else 0.0  # what scatters less was rounded
+    rounded = _step(values) / np.sqrt(12)  # what scatters less was rounded
     noise = {n: float(np.sqrt(np.delete(shape, n, axis=1).var(axis=1, ddof=1).mean())) for n in peers}
     odd = min(peers, key=lambda n: noise[n])
     least, others = max(noise[odd], rounded, ROUNDING), np.delete(shape, odd, axis=1).mean(axis=1)
@@ -133,6 +134,36 @@ def _odd_run(path: str, columns: Sequence[str], backwards: Sequence[bool], value
     turned = np.sqrt(np.mean((shape[:, odd] + others) ** 2)) < 2 * least
     said = ": with the other sign it would agree" if turned else ""
     return (f"{path}, column {columns[odd]!r}: this run alone differs from the others{said}",)
+
+
+def _confused(columns: Sequence[str], backwards: np.ndarray, values: np.ndarray) -> Iterator[str]:
+    """Doubts about runs that have another sign than most, that were copied, or whose rows are in another order."""
+    shape = values - values.mean(axis=0)
+    _, sizes, loads = np.linalg.svd(shape, full_matrices=False)
+    most = np.sign(loads[0].sum())
+    other = [name for name, load in zip(columns, loads[0], strict=True) if load * most < 0]
+    alike = np.abs(loads[0]).min() > 0.5 / np.sqrt(len(columns)) and sizes[0] > ODD * np.linalg.norm(sizes[1:])
+    if len(other) > 1 and alike:
+        yield f"columns {', '.join(other)} agree with the others only if they have the other sign"
+
+    _, first = np.unique(values, axis=1, return_index=True)
+    again = [name for n, name in enumerate(columns) if n not in first]
+    scatter = np.sqrt(shape[:, first].var(axis=1, ddof=1).mean()) if len(first) > 1 else 0.0
+    if again and scatter > 2 * _step(values):  # what is rounded may well be the same
+        yield f"columns {', '.join(again)} repeat others to the last digit: copied readings make U too small"
+
+    if backwards.any() and not backwards.all():
+        forth, back = shape[:, ~backwards].mean(axis=1), shape[:, backwards].mean(axis=1)
+        square = ((back - forth) ** 2).sum() / max(((back[::-1] - forth) ** 2).sum(), ROUNDING**2)
+        if square > ODD**2 and scipy.stats.f.sf(square, len(forth) - 1, len(forth) - 1) < CHANCE:
+            names = ", ".join(name for name, side in zip(columns, backwards, strict=True) if side)
+            yield f"columns {names} agree with those forth from the last row to the first: list them by position"
+
+
+def _step(values: np.ndarray) -> float:
+    """The smallest difference between readings, to which they may be rounded; 0 if there is none."""
+    steps = np.diff(np.unique(np.round(values, 12)))
+    return float(steps.min()) if len(steps) else 0.0
 
 
 def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarray:

@@ -27,7 +27,6 @@ LARGEST = {
 }  # U of a location, mm, and of a tilt, radians, beyond which nothing is known
 FAR = {"length": 5.0, "angle": 2e-2}  # and what a machine does not have
 CHECKED = 0.05  # of a reading that the estimate leaves free: with less, no other reading checks it
-STILL, TURNED = 0.2, 20  # mm, degrees: a feature that moves by less while a table turns by more is on its axis
 BEYOND = 3  # standard uncertainties beyond which what nobody measured is no longer what was assumed
 DRAWS, SEED = 1000, 1
 MANY = 2000  # readings of a file beyond which patterns are not sought
@@ -74,25 +73,6 @@ def left_out(problem: Problem, solution: Solution, found: Calibration) -> list[s
     if alone:
         notes.append(f"nothing checks {len(alone)} readings, the first in {alone[0]}")
     return notes
-
-
-def unmoved(problem: Problem) -> list[str]:
-    """Sentences on probed features that stay where they are while a table turns."""
-    found = []
-    for block in problem.blocks:
-        read = [name for name in "xyz" if name in {column for _, column in block.rows}]
-        shown = block.joints[:, ["xyz".index(name) for name in read]]
-        for n, rotary in enumerate(problem.machine.rotary):
-            turned = np.degrees(np.ptp(block.joints[:, 3 + n]))
-            if (
-                rotary.carries == "workpiece"
-                and turned > TURNED
-                and len(read) > 1
-                and np.ptp(shown, axis=0).max() < STILL
-            ):
-                said = f"what was probed stays where it is while {rotary.name} turns by {turned:.0f}°"
-                found.append(f"{block.where}: {said}: it is on the axis, or the table did not turn")
-    return found
 
 
 def far_off(found: Calibration) -> list[str]:

@@ -43,10 +43,50 @@ def _further(columns):
     return columns | {"A": columns["A"] + 290}
 
 
+def _runs(change):
+    """Three runs forth and back of C, columns up1, down1, …, of which `change` makes other ones."""
+    rng, at = np.random.default_rng(8), np.arange(0, 360, 15.0)
+    error = 3 * np.sin(np.radians(at + 20)) + np.sin(np.radians(3 * at))
+    columns = np.stack([error + (-0.3 if n % 2 else 0.3) + rng.normal(0, 0.1, len(at)) for n in range(6)], axis=1)
+    rows = zip(at, change(columns).round(2), strict=True)
+    cells = "".join(f"{at:g},{','.join(f'{each:.2f}' for each in values)}\n" for at, values in rows)
+    names = "position,up1,down1,up2,down2,up3,down3"
+    return f"# method = laser\n# axis = C\n# unit = arcsec\n{names}\n{cells}"
+
+
+def _back_as_taken(columns):
+    columns[:, 1::2] = columns[::-1, 1::2].copy()
+    return columns
+
+
 THREE = "# method = centre\n# unit = mm\nC,x,y\n0,80,2\n120,-41.732,68.282\n240,-38.268,{y}\n"
 SAID = {
     "two balls without setup": (_probe(setup=False), "line 20, column 'x': .*two features need a column setup"),
     "one of three off by 100 mm": (THREE.format(y=29.718), r"tell EX0C to ± 1 mm or better .* found ± \d+ mm"),
+    "one of five off by 100 mm": (
+        _probe(
+            change=lambda columns: {
+                name: each[:5] + (name == "y") * np.eye(5)[3] * 100 for name, each in columns.items()
+            }
+        ),
+        "line 7 is 100 mm off from where line 4 and 3 more have it",
+    ),
+    "a table that does not turn": (
+        THREE.format(y=2).replace("-41.732,68.282", "80.001,2").replace("-38.268", "79.999"),
+        "stays where it is while C turns by 240°",
+    ),
+    "runs back in the order of taking": (
+        _runs(_back_as_taken),
+        "columns down1, down2, down3 agree with those forth from the last row to the first",
+    ),
+    "a run of the other sign": (
+        _runs(lambda columns: columns * [1, 1, -1, -1, 1, 1]),
+        "columns up2, down2 agree with the others only if they have the other sign",
+    ),
+    "copied runs": (
+        _runs(lambda columns: columns[:, [0, 1, 0, 1, 4, 5]]),
+        "columns up2, down2 repeat others to the last digit",
+    ),
     "A from 240": (_ball(change=_further), "column 'A': .*within the travel of A, -120 … 120, .*found 290"),
     "a laser on 700 mm of a slide of ±400": (
         _laser("X", "µm", [(at, [0.01 * at + 0.1 * n for n in range(4)]) for at in range(0, 701, 50)]),
