@@ -243,6 +243,19 @@ def test_what_headings_mean(wanted, cells):
     assert {cell: names.find(cell)[0] for cell in cells} == cells
 
 
+@pytest.mark.parametrize(("base", "matters"), [("sensor", False), ("ball", True)])
+def test_where_a_sensor_is_set_to_zero(base, matters, tmp_path):
+    """A constant turns with a nest on the table, as its place does; in the spindle it moves the axes."""
+    path = tmp_path / "machine.toml"
+    path.write_text(simulated.toml("table"), encoding="utf-8")
+    head, names, rows = _lines(plain(base))
+    column = names.index("ex")
+    moved = [[*row[:column], f"{float(row[column]) + 0.05:.9g}", *row[column + 1 :]] for row in rows]
+    machine = machines.load(path)
+    before, after = (outcome(_join(head, names, each), machine, tmp_path / "x.csv")[0] for each in (rows, moved))
+    assert np.abs(after - before).max() == pytest.approx(0.05 if matters else 0, abs=1e-4)
+
+
 LASER = """HEADER::
 File Type: LINEAR
 Owner: RENISHAW PLC
