@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-from mathpost.errors import NUMBER
 from mathpost.measure.words import LONGEST, Names, bracket, instead, is_aside, is_count, reverse
 
 if TYPE_CHECKING:
@@ -20,7 +19,7 @@ BELOW = 3  # lines below the column names, the first row of numbers among them
 MARKS = ",;\t|"  # between cells; otherwise blanks
 BLANKS = ("  ", " ")  # between names of several words, and of one
 LIKELY = 3  # columns that a message proposes
-QUANTITY = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?\s*\D{{0,8}}")  # a number, and perhaps its unit
+QUANTITY = re.compile(r"[-+]?\d*[.,]?\d+[.,]?(?:[eE][-+]?\d+)?\s*\D{0,8}")  # a number, and perhaps its unit
 
 Row = tuple[int, list[str]]  # the number of a line, and its cells
 
@@ -104,7 +103,7 @@ def check_names(table: Table, cells: list[str], columns: Sequence[str], known: N
     for name in wanted:
         if names.count(name) > 1:
             said = " and ".join(repr(cell) for cell, each in zip(cells, names, strict=True) if each == name)
-            asked = _likely(known, names, words="; is one of them {}?")
+            asked = f"; is one of them e{name}?" if f"e{name}" in wanted else ""
             table.refuse("every column once", f"{name!r} {names.count(name)} times: {said}{asked}")
     if not any(name in wanted for name in names):
         table.refuse(f"a line that names the columns{_likely(known, names)}", ", ".join(names)[:LONGEST])
@@ -123,9 +122,9 @@ def check_aside(
             table.refuse(f"{expected} (remark, if they are no readings)", repr(cell[:LONGEST]))
 
 
-def _likely(known: Names, names: Sequence[str], name: str = "", words: str = ", such as {}") -> str:
-    """A few columns that a name may stand for, in `words`: those that are written alike, then those missing."""
+def _likely(known: Names, names: Sequence[str], name: str = "") -> str:
+    """Words for a few columns that a name may be: those that are written alike, then those missing."""
     like = [known.words[word] for word in get_close_matches(name.casefold(), known.words, LIKELY)]
     like = known.unclear.get(name.casefold()) or [*like, *known.wanted]
     missing = [each for each in dict.fromkeys(like) if each not in names]
-    return words.format(", ".join(missing[:LIKELY])) if missing else ""
+    return f", such as {', '.join(missing[:LIKELY])}" if missing else ""

@@ -34,6 +34,7 @@ UNITS = {
     ("µrad", "μrad", "urad", "microradian", "microradians", "mikrorad"): ("angle", 1e-6),
 }  # fmt: skip
 LONGEST = 80  # characters of a name or a number that are read
+SIDES = ("forth", "back", "axial", "lateral")  # readings that may be called deviations, too
 APART = " _-./:"  # characters between the words of a name
 
 
@@ -56,8 +57,9 @@ def _said() -> dict[str, dict[str, Any]]:
 
 def is_aside(name: str) -> bool:
     """Return whether a column of this name is one that is not read: a remark, a time, a temperature."""
-    said = _said()["aside"]
-    return name.casefold() in said["words"] or any(_holds(name.casefold(), word) for word in said["quantities"])
+    said, word = _said()["aside"], name.casefold()
+    ends = tuple(each for each in said["quantities"] if len(each) > 5)  # Lufttemperatur
+    return word in said["words"] or any(_holds(word, each) for each in said["quantities"]) or word.endswith(ends)
 
 
 def is_count(name: str) -> bool:
@@ -73,13 +75,14 @@ def instead(name: str) -> str:
     return ""
 
 
-def reverse(text: str) -> str | None:
-    """Return the part of a text that says the reverse of what every method reads: "target - actual"."""
-    for first, second in _said()["reverse"]["pairs"]:
-        pattern = rf"{first}\w*\s*(?:[-−–]|minus)\s*{second}(?![-\w]|\W*(?:vergleich|compar))"
-        if found := re.search(pattern, text.casefold()):
-            return text[found.start() : found.end()]
-    return None
+def reverse(text: str) -> bool:
+    """Return whether a text says the reverse of what every method reads: "target - actual"."""
+    said = _said()["difference"]
+    first, second = ("|".join(said[each]) for each in ("first", "second"))
+    minus = r"\s*(?:[-−–]|minus)\s*"
+    apart = r"\s+(?:[-−–]|minus)\s+"
+    pattern = rf"(?:{second})\w*{minus}(?:{first})|(?:{second})\w*{apart}\w|\w{apart}(?:{first})"
+    return bool(re.search(rf"(?<![^\W_])(?:{pattern})(?![-\w]|\W*(?:vergleich|compar))", text.casefold()))
 
 
 class Names:
@@ -133,10 +136,13 @@ class Names:
         for left in _peeled(word, said["axis"]):
             if len(left) == 1 and left in self.words:
                 return self.words[left]
-            for name in _peeled(left, said["error"]):
-                if name in ("x", "y", "z") and f"e{name}" in self.words:
-                    return self.words[f"e{name}"]
-        return self._run(word) or self._within(word)
+        for left in _peeled(word, [*said["axis"], *said["error"]]):
+            if left in ("x", "y", "z") and f"e{left}" in self.words:
+                return self.words[f"e{left}"]
+        for left in _peeled(word, said["error"]):
+            if found := self._run(left) or (self.words.get(left) in SIDES and self.words[left]):
+                return found
+        return self._within(word)
 
     def _run(self, word: str) -> str | None:
         """Return the column of an ISO 230-2 run: words for its direction and its number, in either order."""
@@ -150,14 +156,19 @@ class Names:
         return None
 
     def _within(self, phrase: str) -> str | None:
-        """Return the only name that a phrase holds, unless words beside it make something else of it."""
+        """Return the only name that a phrase holds, unless words beside it make something else of it.
+
+        A letter alone decides nothing beside words that are not known.
+        """
         said = _said()["letter"]
         if re.search(r"\d", phrase) or any(_holds(phrase, word) for word in said["not"]):
             return None
-        found = {name for word, name in self.words.items() if _holds(phrase, word)}
-        if any(_holds(phrase, word) for word in said["error"] if len(word) > 1):
-            found = {f"e{name}" if name in ("x", "y", "z") else name for name in found}
-        return found.pop() if len(found) == 1 and found <= set(self.wanted) else None
+        found = {word: name for word, name in self.words.items() if _holds(phrase, word)}
+        names = {name for word, name in found.items() if len(word) > 1}
+        letters = {name for word, name in found.items() if len(word) == 1}
+        if letters - names and not any(_holds(phrase, word) for word in said["error"] if len(word) > 1):
+            return None
+        return names.pop() if len(names) == 1 else None
 
 
 def bracket(cell: str) -> tuple[str, str | None]:

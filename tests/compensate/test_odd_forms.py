@@ -135,6 +135,11 @@ FORMS = {  # what is done to the file, and what must come of it: "right", or "sa
     "a column of numbers of samples": (_with("Sample no.", lambda n: str(n + 1)), "right"),
     "a column of seconds": (_with("Time s", lambda n: f"{n / 2}"), "right"),
     "a column of numbers of what": (_with("Halle", lambda n: "3.5"), "said"),
+    "a column of numbers with commas": (lambda c: _semicolons(_with("Halle", lambda n: "3.5")(c)), "said"),
+    "commanded minus actual": (
+        _named(lambda x: f"{x} (commanded - read)" if re.match(r"ex|z|up1", x) else x),
+        "said",
+    ),
     "target minus actual": (_named(lambda x: f"{x} (Soll-Ist)" if re.match(r"ex|z|up1", x) else x), "said"),
     "units in a line below": (_below("arcsec"), "right"),
     "degree signs": (_form(lambda h, n, r: (h, n, [_marked(row) for row in r])), "right"),
@@ -231,7 +236,8 @@ def test_read_right_refused_or_doubted(base, form, tmp_path):
             "axial lateral angle L length B",
             {"quer": "lateral", "Länge": None, "Werkzeuglänge": "length"},
         ),
-        ("ex ey ez x y z A C setup", {"Aufspannung": "setup", "pose x": "x", "tool x": None, "x old": None}),
+        ("ex ey ez x y z A C setup", {"Aufspannung": "setup", "pose x": None, "Écart X": "ex", "Nest Z": "z"}),
+        ("x y z A C setup", {"Écart X": None, "tool x": None, "x old": None, "Centre X": "x", "Tisch C": "C"}),
         (
             "reading position up1 down1 A",
             {"Positioning error": "reading", "Run 1 (-)": "down1", "-1": None},
