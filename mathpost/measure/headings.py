@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 MINUS = str.maketrans(dict.fromkeys("−–‐－", "-"))  # as word processors write it
 PREAMBLE, WIDEST = 200, 300  # lines before the column names, and columns, at most
+WIDE = 60  # columns at most, if there are no rows below
 BELOW = 3  # lines below the column names, the first row of numbers among them
 MARKS = ",;\t|"  # between cells; otherwise blanks
 BLANKS = ("  ", " ")  # between names of several words, and of one
@@ -49,10 +50,11 @@ def find_header(lines: Sequence[tuple[int, str]], known: Names) -> tuple[int, st
     named: list[tuple[int, str]] = []
     shaped: list[tuple[int, str]] = []
     for index, (_, line) in enumerate(lines[:PREAMBLE]):
-        for mark in (*sorted((each for each in MARKS if each in line), key=line.count, reverse=True), *BLANKS):
+        marks = sorted((each for each in MARKS if each in line), key=line.count, reverse=True)
+        for mark in marks or BLANKS:
             names = cells_of(line, mark)[:WIDEST]
             below = len(names) > 1 and _has_rows(lines[index + 1 : index + 1 + BELOW], names, mark)
-            if not below and (mark in BLANKS or named):
+            if not below and (mark in BLANKS or named or len(names) > WIDE):
                 continue
             found = {known.find(cell)[0] for cell in names} - {None}
             if found and below:

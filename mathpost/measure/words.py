@@ -34,6 +34,7 @@ UNITS = {
     ("µrad", "μrad", "urad", "microradian", "microradians", "mikrorad"): ("angle", 1e-6),
 }  # fmt: skip
 LONGEST = 80  # characters of a name or a number that are read
+MOST = 16  # parts of a name that are looked at
 SIDES = ("forth", "back", "axial", "lateral")  # readings that may be called deviations, too
 APART = " _-./:"  # characters between the words of a name
 
@@ -111,11 +112,15 @@ class Names:
                 self.unclear.setdefault(word, []).append(name)
         alone = {word: names[0] for word, names in self.unclear.items() if len(names) == 1}
         self.words = alone | self.words
+        self._found: dict[str, tuple[str | None, str | None]] = {}  # what was asked before
 
     def find(self, cell: str) -> tuple[str | None, str | None]:
         """Return the name that a cell of the header means, None if none, and the unit that follows it."""
-        if len(cell) > LONGEST:
-            return None, None
+        if cell not in self._found:
+            self._found[cell] = self._find(cell) if len(cell) <= LONGEST else (None, None)
+        return self._found[cell]
+
+    def _find(self, cell: str) -> tuple[str | None, str | None]:
         name, unit = bracket(cell)
         said = _said()["run"]
         for side in ("up", "down"):  # Run 1 (+)
@@ -190,7 +195,7 @@ def _peeled(text: str, words: Iterable[str]) -> list[str]:
     """Return `text`, and what is left of it without one or several of the words that begin or end it."""
     left, words = [text], list(words)
     for each in left:
-        left += [more for more in _without(each, words) if more not in left]
+        left += [more for more in _without(each, words) if more not in left][: MOST - len(left)]
     return left
 
 
