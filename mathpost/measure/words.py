@@ -36,7 +36,7 @@ UNITS = {
 LONGEST = 80  # characters of a name or a number that are read
 MOST = 16  # parts of a name that are looked at
 SIDES = ("forth", "back", "axial", "lateral")  # readings that may be called deviations, too
-APART = " _-./:"  # characters between the words of a name
+APART = " _-./:|"  # characters between the words of a name
 
 
 def measure(stated: str) -> tuple[str | None, float]:
@@ -135,7 +135,7 @@ class Names:
         """Return the name that a text without a unit means."""
         if text in self.wanted:
             return text
-        word, said = text.casefold(), _said()["letter"]
+        word, said = text.casefold().strip(APART), _said()["letter"]
         if word in self.words:
             return self.words[word]
         for left in _peeled(word, said["axis"]):
