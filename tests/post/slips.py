@@ -272,6 +272,9 @@ def _rapid_slip(rng, made):
     """A block in rapid traverse: by its word, G0 or FMAX, and the next one at its feed again."""
     lines, rows = made.text.splitlines(), _rows(made.text)
     n = int(rng.choice(rows[2:]))
+    judged = made.judged()
+    if n + 1 in [judged.line(block) for block, _ in judged.pace.slow]:
+        return None  # the CL data are in rapid traverse there
     if made.control == "heidenhain":
         if not re.match(r"\d* ?L ", lines[n]):
             return None
