@@ -57,10 +57,12 @@ def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> It
     linear, from_words = (rows[0].close(tip, axis, np.deg2rad(angles)) for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
     half = half + 1e-6 + ROUNDED * bool(rows[0].further)
-    # Made of the angles that are demanded, as closely as the tool axis tells them, or of the words as they are.
+    # Made of the angles that are demanded, as closely as the tool axis tells them, or of the words as they are; how
+    # a wrong word was before it was rounded nobody knows.
     allowed = half + 2 * np.deg2rad(np.minimum(spread.max(axis=(1, 2))[:, None], half_angle)) * reach
+    rounded = half + 2 * np.deg2rad(np.where(right.all(axis=1, keepdims=True), 0.0, half_angle)) * reach
     difference = words[:, :3] - linear
-    wrong = (np.abs(difference) > allowed) & (np.abs(words[:, :3] - from_words) > half)
+    wrong = (np.abs(difference) > allowed) & (np.abs(words[:, :3] - from_words) > rounded)
     constant = wrong.all(axis=0) & (np.ptp(difference, axis=0) <= 4 * allowed.max()) & (len(rows) > 2)
     for r, row in enumerate(rows):
         for k in (3, 4) if alone else (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words
