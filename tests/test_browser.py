@@ -1,11 +1,14 @@
 """The course in a browser: in JupyterLab, reopened without a kernel, and its machines; for its pages see site/."""
 
+import contextlib
 import json
 import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -117,10 +120,14 @@ def lab(tmp_path_factory):
         said = []
         for line in server.stderr:
             said.append(line)
-            if found := re.search(r"http://127\.0\.0\.1:\d+/lab", line):
+            if found := re.search(r"http://127\.0\.0\.1:(\d+)/lab", line):
                 break
         else:
             pytest.fail("JupyterLab did not start:\n" + "".join(said))
+        while server.poll() is None:  # it says its address before it listens there
+            with contextlib.suppress(ConnectionRefusedError), socket.create_connection(("127.0.0.1", found[1])):
+                break
+            time.sleep(0.05)
         with (folder / "server.log").open("w") as log, subprocess.Popen(["cat"], stdin=server.stderr, stdout=log):
             try:  # the pipe never fills
                 yield f"{found[0]}?token=course"
