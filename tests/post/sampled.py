@@ -14,7 +14,8 @@ def sampled_errors(kin, cl, joints, place, cut, samples):
     turn = np.linalg.norm(normal, axis=1)
     first, step = joints[:-1][cut], np.diff(joints, axis=0)[cut]
     tip_error = axis_error = 0.0
-    for t in np.array_split(np.linspace(0, 1, samples), 1 + samples * len(first) // AT_ONCE):
+    pieces = min(samples, 1 + samples * len(first) // AT_ONCE)
+    for t in np.array_split(np.linspace(0, 1, samples), pieces):
         tip, axis = kin.forward(first + t[:, None, None] * step)
         part = np.clip(np.vecdot(tip - start, along) / square, 0, 1)
         tip_error = max(tip_error, np.linalg.norm(tip - start - part[..., None] * along, axis=-1).max())
