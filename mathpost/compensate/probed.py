@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 STILL, TURNED = 0.2, 20  # mm, degrees: a feature that moves by less while a table turns by more is on its axis
 CLOSE = 2.0  # mm between readings of one feature, brought to rotary zero by the machine file
 NAMED = 3  # rows
+MOST = 1000  # rows that are held against each other
 
 
 def unmoved(machine: Machine, blocks: Sequence[Readings]) -> list[str]:
@@ -46,8 +47,9 @@ def unexplained(machine: Machine, read: Sequence[Read]) -> list[str]:
 
 
 def _far(machine: Machine, block: Readings) -> Iterator[str]:
-    """The rows that are far from where most rows of the same feature have it."""
-    lines, first = np.unique([line for line, _ in block.rows], return_index=True)
+    """The rows, of the first `MOST`, that are far from where most rows of the same feature have it."""
+    every = np.unique([line for line, _ in block.rows], return_index=True)
+    lines, first = (each[:MOST] for each in every)
     places, setup = tips(machine, block.joints[first], block.length[first])[0], block.setup[first]
     away = np.linalg.norm(places[:, None] - places, axis=2)
     away[setup[:, None] != setup] = np.nan

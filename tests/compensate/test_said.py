@@ -1,16 +1,18 @@
 """What was once accepted without a word is refused or doubted, where and why; and what controls are told."""
 
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
 
 from mathpost import machine as machines
-from mathpost.compensate import handover
+from mathpost.compensate import handover, probed, readings
 from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
 from tests.compensate import simulated
 from tests.compensate.simulated import ARCSEC, Simulated
+from tests.conftest import DATA
 
 
 def _laser(axis, unit, rows):
@@ -208,3 +210,18 @@ def test_axis_vectors_have_the_digits_of_their_uncertainty(kind, told):
             true = [axis[(n - 7) % 3] / np.linalg.norm(axis) for _, _, axis, _ in machine.axes]
             off = min(abs(abs(float(found[1])) - abs(each)) for each in true)
             assert off < 2 * float(found[3]) + 1e-9
+
+
+def test_of_many_rows_that_no_machine_explains_some_are_held_against_each_other(tmp_path):
+    """As many distances as pairs of rows would not fit into memory."""
+    rng = np.random.default_rng(3)
+    rows = rng.uniform([-90, 0, *[-200] * 3], [90, 360, *[200] * 3], (4000, 5))
+    lines = (",".join(f"{number:.4f}" for number in row) for row in rows)
+    (tmp_path / "many.csv").write_text("\n".join(["# method = probe", "# unit = mm", "A,C,x,y,z", *lines, ""]))
+    machine = machines.load(DATA / "machines/ac_table.toml")
+    read = readings.read(tmp_path / "many.csv", machine)
+    tracemalloc.start()
+    (said,) = probed.unexplained(machine, [read])
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert "readings of one feature are up to" in said and most < 100e6  # bytes; 1e9 for all of them
