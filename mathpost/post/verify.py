@@ -14,6 +14,7 @@ from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS, Machine
 from mathpost.path.cl import CLData, from_arrays
 from mathpost.post.along import Along, Moves, along, kinematics_of
+from mathpost.post.body import BODY, may_be_rapid, moving, touched
 from mathpost.post.explained import Case, explain
 from mathpost.post.options import TOLERANCE
 from mathpost.post.pace import SAME_FEED, Pace, pace
@@ -42,6 +43,9 @@ class Verified:
     outside: tuple[tuple[int, str], ...]  # a block from 0, which joints are out of travel there or on the way
     swings: tuple[tuple[int, str, float], ...]  # (block, name of the axis, degrees)
     pole: tuple[tuple[int, int, float], ...]  # (first block, last block, least angle from the pole in degrees)
+    # Where each axis runs at its own rate in rapid traverse, the blocks on whose way the tool may meet a cut,
+    unsure: tuple[int, ...] | None
+    unjudged: tuple[int, ...]  # and those that nobody judges: rotary axes turn while others move
     seconds: float  # by the time law; 0 if neither feeds nor rates are known
     records: int  # of the CL data, 0 without
     along: Along | None  # with CL data
@@ -84,6 +88,8 @@ class Verified:
             "outside": [{"line": self.line(block), "why": why} for block, why in self.outside],
             "swings": [{"line": self.line(b), "axis": name, "degrees": turn} for b, name, turn in self.swings],
             "pole": [{"from": self.line(a), "to": self.line(b), "degrees": least} for a, b, least in self.pole],
+            "unsure": None if self.unsure is None else [self.line(block) for block in self.unsure],
+            "unjudged": [self.line(block) for block in self.unjudged],
             "seconds": self.seconds,
             "skipped": self.program.skipped,
             "rapid": [{"line": self.line(b), "record": r + 1} for b, r in (self.pace.rapid if self.pace else ())],
@@ -108,6 +114,7 @@ class Verified:
         rows += self._several("swings", swings, f"no rotary axis turns more than {SWING:g}° in a block")
         passed = [f"lines {self.line(a)} … {self.line(b)}: {least:.3f}° from it" for a, b, least in self.pole]
         rows += self._several("pole", passed, f"never nearer than {np.degrees(CONE):g}°")
+        rows += self._ways()
         if skipped := self.program.skipped:
             rows.append(("skipped", ", ".join(f"{count} × {word}" for word, count in skipped.items())))
         rows += [("assumed", sentence) for sentence in self.program.assumed]
@@ -122,6 +129,18 @@ class Verified:
             return [(key, otherwise)]
         more = len(sentences) - SHOWN
         return [(key, each) for each in sentences[:SHOWN]] + ([(key, f"and {more} more")] if more > 0 else [])
+
+    def _ways(self) -> list[tuple[str, str]]:
+        """What is known of the ways in rapid traverse if each axis runs at its own rate."""
+        if self.unsure is None:
+            return []
+        meets = f"on its way the tool, {2 * BODY:g} mm across, may meet what is cut: the axes arrive in any order"
+        unsure = [f"line {self.line(block)}: {meets}" for block in self.unsure]
+        rows = self._several("rapid ways", unsure, "clear of all cuts, in whatever order the axes arrive")
+        if not self.unjudged:
+            return rows
+        turn = f"line {self.line(self.unjudged[0])} first, {len(self.unjudged)} in all"
+        return [*rows, ("not judged", f"rapid moves in which rotary axes turn together or with others: {turn}")]
 
     def _agreement(self) -> list[tuple[str, str]]:
         if self.along is None:
@@ -165,7 +184,8 @@ def verify(
     """Read and simulate a program and, given CL data, compare it with them; `axis_tolerance` in radians.
 
     `InputError` if it cannot be read, or an offset or the length of a tool is needed that `setup` does not have.
-    Between two blocks in rapid traverse only the ends are judged where the control moves each axis at its own rate.
+    Where the control moves each axis at its own rate, a rapid move is compared with the CL data at its end alone;
+    its way is held against what is cut.
     """
     if not (0 < tolerance < np.inf and 0 < axis_tolerance < np.pi):
         raise InputError("tolerance", "mm and an angle above 0", f"{tolerance:g}, {np.degrees(axis_tolerance):g}°")
@@ -174,13 +194,14 @@ def verify(
     program = follow(text, machine, control, setup=setup, name=name)
     if cl is not None:
         cl = _from_one_origin(cl, program.machines[-1][1], control, setup)
-    joints, tips, axes, kin = _simulated(program)
+    simulated = _simulated(program)
+    joints, tips, axes, kin = simulated
     names = machine.joint_names
     compared = None
     paces = None
     explained: tuple[str, ...] = ()
     if cl is not None:
-        compared = _compared(program, (joints, tips, axes, kin), cl, control, tolerance, axis_tolerance)
+        compared = _compared(program, simulated, cl, control, tolerance, axis_tolerance)
         right = len(joints) if compared.off is None else compared.off.block
         moves = Moves(joints, kin, program.blocks.tcp, program.blocks.rapid)
         paces = pace(moves, program.blocks, program.lines, tips, cl, compared.place[:right], tolerance)
@@ -203,7 +224,8 @@ def verify(
             explained = explain(case, compared.off)
     return Verified(
         name, control.name, program, joints, tips, axes, names, _outside(program, joints, kin),
-        _swings(joints, names), _near_pole(axes, kin), _seconds(program, control), 0 if cl is None else len(cl),
+        _swings(joints, names), _near_pole(axes, kin), *_rapid_ways(program, simulated, control, cl),
+        _seconds(program, control), 0 if cl is None else len(cl),
         compared, paces, explained,
     )  # fmt: skip
 
@@ -283,6 +305,32 @@ def _near_pole(axes: np.ndarray, kin: list[Kinematics]) -> tuple[tuple[int, int,
     near = np.r_[False, angle < CONE, False]
     edges = np.flatnonzero(near[1:] != near[:-1]).reshape(-1, 2)
     return tuple((int(a), int(b) - 1, float(np.degrees(angle[a:b].min()))) for a, b in edges)
+
+
+def _rapid_ways(
+    program: Program, simulated: Simulated, control: Control, cl: CLData | None
+) -> tuple[tuple[int, ...] | None, tuple[int, ...]]:
+    """Blocks on whose way in rapid traverse the tool may meet a cut, and those that are not judged.
+
+    What is cut the CL data say; without them it is all that the program runs along at a feed.
+    """
+    if control.rapid_interpolated:
+        return None, ()
+    joints, tips, axes, kin = simulated
+    if cl is not None:
+        cut = replace(cl, points=cl.points + kin[-1].machine.origin)
+    else:
+        cut = replace(from_arrays(tips + [each.machine.origin for each in kin], axes), rapid=program.blocks.rapid)
+    unsure, unjudged = [], []
+    for machine in dict.fromkeys(kin):
+        same = np.array([each is machine for each in kin])
+        rows = 1 + np.flatnonzero(same[1:] & same[:-1] & program.blocks.rapid[1:])
+        steps = moving(machine, joints)[rows - 1]
+        turns = steps[:, 3:].any(axis=1) & (steps.sum(axis=1) > 1)
+        unjudged += rows[turns].tolist()
+        lines = touched([(cut, -np.asarray(machine.machine.origin))])
+        unsure += rows[~turns][~may_be_rapid(machine, joints, rows[~turns], lines)].tolist()
+    return tuple(sorted(unsure)), tuple(sorted(unjudged))
 
 
 def _seconds(program: Program, control: Control) -> float:

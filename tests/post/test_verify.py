@@ -36,6 +36,7 @@ def test_right_programs_in_the_words_of_another_post_agree(seed):
     judged = made.judged(text)
     assert judged.status == 0, str(judged)
     assert judged.along.tip <= 0.01
+    assert not judged.unsure and not judged.unjudged, "what the package writes is clear on every way"
 
 
 def test_vectors_of_the_tool_axis_agree():
@@ -174,3 +175,44 @@ def test_a_block_that_is_lost_on_a_tilted_plane_is_named(control):
         lost = "\n".join([*rows[:gone], *rows[gone + 1 :]]) + "\n"
         judged = verify(lost, setup, control, cl=path)
         assert judged.status == 1 and "is left out: a block is missing" in judged.explained[0], judged
+
+
+SLOT = "G21 G90 G0 X0. Y0. Z5. A0. C0.\nG1 Z-2. F300.\nX50.\n"  # 10 mm wide and 2 mm deep, along X
+
+
+@pytest.mark.parametrize(
+    ("after", "line"),
+    [
+        ("G0 Z5.\nG0 X0. Y20.\n", None),  # one axis, then above everything
+        ("G0 X0. Z-2.\n", None),  # Z stands: X alone, back through the slot itself
+        ("G0 X0. Z5.\n", 4),  # X may arrive before Z has moved: through the slot
+        ("G0 X50. Y20. Z5.\n", None),  # beside the end of the slot, whichever comes first
+        ("G0 Z5.\nG0 X20. Y4.9 Z0.\n", None),  # above the bottom of the slot
+        ("G0 Z5.\nG0 X20. Y4.9 Z-3.\n", 5),  # ends with its body in the line that was cut
+        ("G0 Z5.\nG0 X20. Y20.\nG0 X30. Y6. Z-3.\n", None),  # 1 mm beside it at the end, and all the way
+        ("G0 Z5.\nG0 X70. Y0.\nG0 X55.1 Y1. Z-9.\n", None),  # stays beyond its end
+        ("G0 Z5.\nG0 X70. Y0.\nG0 X40. Y-20. Z-9.\n", 6),  # X and Z may arrive before Y has left the slot's line
+    ],
+)
+def test_a_strangers_rapid_move_is_held_against_every_way(after, line):
+    """The tool, 10 mm across, anywhere in the box of its slides."""
+    text = SLOT + after + "M30\n"
+    judged = verify(text, machine.load("ac_table"), "fanuc")
+    assert [judged.line(block) for block in judged.unsure] == ([] if line is None else [line]), judged
+    assert ("clear of all cuts" in str(judged)) == (line is None)
+    assert judged.unjudged == ()
+
+
+def test_a_rapid_move_of_rotary_axes_with_others_is_not_judged():
+    judged = verify(SLOT + "G0 Z90.\nG0 A30.\nG0 X0. C90.\nM30\n", machine.load("ac_table"), "fanuc")
+    assert [judged.line(block) for block in judged.unjudged] == [6]
+    assert "line 6 first, 1 in all" in str(judged)
+
+
+def test_ways_are_known_where_the_axes_arrive_together():
+    text = "".join(
+        f"L {words} {feed}\n"
+        for words, feed in (("X+0 Y+0 Z-2 B+0 C+0", "F300"), ("X+50", ""), ("X+0 Z+5", "FMAX"))
+    )
+    judged = verify(text, machine.load("dmu50v"), "heidenhain")
+    assert judged.unsure is None and "rapid ways" not in str(judged)
