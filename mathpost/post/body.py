@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
@@ -20,7 +21,8 @@ BODY = 5.0  # mm, assumed: the radius of the tool's body,
 LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
 MANY_POINTS = 5000  # that the body of the tool is held against one by one
 STILL = 1e-3  # mm or degrees; an axis that moves less moves by its printed digits
-FEW = 2  # directions that are tried together
+SAMPLE = 200  # lines that a box is asked for first
+TOGETHER = 4096  # lines times directions that are tried at once
 ABOVE = 0.01  # mm above the tip, where the body of the tool begins: what it slides over does not count
 AROUND = 32  # directions about the tool axis,
 EVENLY = 200  # and in all directions, in which a gap is looked for
@@ -87,8 +89,10 @@ def may_be_rapid(kin: Kinematics, joints: np.ndarray, rows: np.ndarray, lines: n
         of_lines = kin.close(lines, np.broadcast_to(angles, (*lines.shape[:2], len(angles))))[..., :3]
         lowest = (ends @ body.axis).mean(axis=0) - np.abs(ends[1] - ends[0]) @ np.abs(body.axis) / 2
         found[moves] = lowest + ABOVE > (of_lines @ body.axis).max(initial=-np.inf)
-        for move in np.flatnonzero(~found[moves]):
-            found[moves[move]] = body.clear(ends[:, move], of_lines)
+        below = np.flatnonzero(~found[moves])
+        below = below[~body.surely_meets(ends[:, below], of_lines)]
+        for move, near in zip(below, body.near(ends[:, below], of_lines), strict=True):
+            found[moves[move]] = body.clear(ends[:, move], of_lines[:, near])
     return found
 
 
@@ -103,7 +107,8 @@ class _Body:
         across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
         across /= np.linalg.norm(across)
         turn = np.arange(AROUND)[:, None] * 2 * np.pi / AROUND
-        around = np.cos(turn) * across + np.sin(turn) * np.cross(axis, across)
+        self.plane = np.array([across, np.cross(axis, across)])
+        around = np.cos(turn) * self.plane[0] + np.sin(turn) * self.plane[1]
         height = 1 - (2 * np.arange(EVENLY) + 1) / EVENLY
         turn = np.pi * (1 + np.sqrt(5)) * np.arange(EVENLY)  # a Fibonacci lattice on the sphere
         evenly = np.stack([np.cos(turn), np.sin(turn), height], axis=1)
@@ -112,14 +117,42 @@ class _Body:
         along = self.directions @ axis
         self.reach = np.maximum(ABOVE * along, length * along) + BODY * np.sqrt(np.maximum(1 - along**2, 0))
 
+    def surely_meets(self, ends: np.ndarray, lines: np.ndarray) -> np.ndarray:
+        """Whether 1 mm above the tip the body can be on one of a sample of lines; boxes between ends (2, m, 3)."""
+        middles, halves = ends.mean(axis=0), np.abs(ends[1] - ends[0]) / 2
+        found = np.zeros(len(middles), bool)
+        for point in lines[0, :: 1 + lines.shape[1] // SAMPLE] - self.axis:
+            found |= (np.abs(point - middles) <= halves).all(axis=1)
+        return found
+
+    def near(self, ends: np.ndarray, lines: np.ndarray) -> list[np.ndarray]:
+        """Return which lines, (2, k, 3), may meet the body in each of the boxes between ends (2, m, 3).
+
+        They are looked at along the axis, and sought by their middles, those of about the same length together.
+        """
+        boxes, halves = ends.mean(axis=0) @ self.plane.T, np.abs(ends[1] - ends[0]) / 2
+        wide = (halves @ np.abs(self.plane).T).max(axis=1) + BODY
+        flat = lines @ self.plane.T
+        middles, half = flat.mean(axis=0), np.abs(flat[1] - flat[0]).max(axis=1) / 2
+        size = np.frexp(half)[1]  # half a line is shorter than two to the power of it
+        found: list[list[np.ndarray]] = [[] for _ in boxes]
+        for power in np.unique(size) if len(boxes) else ():
+            same = np.flatnonzero(size == power)
+            reached = cKDTree(middles[same]).query_ball_point(boxes, wide + 2.0**power, p=np.inf)
+            for some, of_box in zip(reached, found, strict=True):
+                of_box.append(same[some])
+        return [np.sort(np.concatenate(some)) if some else np.empty(0, int) for some in found]
+
     def clear(self, ends: np.ndarray, lines: np.ndarray) -> bool:
         """Whether no line, (2, k, 3), meets the body anywhere in the box of slides between two ends, (2, 3)."""
         middle, half = ends.mean(axis=0), np.abs(ends[1] - ends[0]) / 2
         most = np.abs(self.directions) @ half + self.reach  # of box and body together, in each direction
-        for some in range(0, len(self.directions), FEW):
-            directions = self.directions[some : some + FEW]
-            apart = ((lines - middle) @ directions.T).min(axis=0) > most[some : some + FEW]
+        tried = 0
+        while lines.size:
+            if tried == len(self.directions):
+                return False
+            some = slice(tried, tried + max(1, TOGETHER // lines.shape[1]))
+            apart = ((lines - middle) @ self.directions[some].T).min(axis=0) > most[some]
             lines = lines[:, ~apart.any(axis=1)]
-            if not lines.size:
-                return True
-        return False
+            tried = min(some.stop, len(self.directions))
+        return True
