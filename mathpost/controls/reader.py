@@ -53,8 +53,7 @@ def follow(
     lines.take_all(text)
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
-    columns = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
-    words, feeds, seconds, rapid, tcp, numbers = columns
+    words, feeds, seconds, rapid, tcp, numbers = bulk.joined(lines.runs)
     machines = [pair for pair in lines.machines if pair[0] < len(numbers)]
     if lines.control.whole_numbers and (found := whole_number(text, lines.names)):
         lines.notes["no point"] = found
@@ -389,7 +388,7 @@ class Lines(bulk.Reader):
             self.line += int(numbers[(untimed & ~rapid).argmax()])
             raise self.error("an F word, inverse time being active", "none")
         feeds = np.where(rapid | ~untimed, np.nan, feeds)
-        known = slice(None) if not unknown.any() else ~unknown
+        known = ~unknown
         kept = words[:, known], feeds[known], seconds[known], rapid[known]
         if count := kept[0].shape[1]:
             self.runs.append((*kept, np.full(count, tcp), self.line + numbers[known]))

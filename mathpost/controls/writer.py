@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -57,18 +58,18 @@ def write(
         numbered[row] = sum(not line.startswith(control.unnumbered) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], said)
-    texts: list[str] = []
+    texts = io.StringIO()  # unlike pieces that are joined it never holds the text twice
     at = 0
     for row, lines in between.items():
         moves = bulk.lines(columns, at, row)
-        texts += moves if control.number is not None else _without_indent(moves)
+        texts.writelines(moves if control.number is not None else _without_indent(moves))
         count, at = before[row] - numbered[row], row
         for line in lines:
             if not line.startswith(control.unnumbered):
                 skip, line = "/" * line.startswith("/"), line.removeprefix("/")
                 line, count = f"{skip}{control.numbered(line, count)}", count + 1
-            texts.append(f"{line}\n")
-    return "".join(texts)
+            texts.write(f"{line}\n")
+    return texts.getvalue()
 
 
 def _foot(control: Control, machine: Machine, only_motion: bool) -> list[str]:
@@ -259,9 +260,9 @@ def _position(control: Control, name: str, value: float) -> str:
     return f"{axis_word(name)}{value:{control.plus}z.{control.decimals}f}"
 
 
-def _without_indent(texts: Iterable[str]) -> list[str]:
+def _without_indent(texts: Iterable[str]) -> Iterator[str]:
     """Lines that begin with a word and not with the blank before it."""
-    return [text.replace("\n ", "\n").removeprefix(" ") for text in texts]
+    return (text.replace("\n ", "\n").removeprefix(" ") for text in texts)
 
 
 def _turn(control: Control, angles: dict[str, float]) -> str:
@@ -284,7 +285,7 @@ def _columns(
     before, centres, behind_arcs = _turned(control, blocks)
     positions = []
     for number, (axis, column) in enumerate(zip(axes, blocks.words.T, strict=True)):
-        shown = _changes(values := printed(np.array(column), control.decimals))
+        shown = _changes(printed(np.array(column), control.decimals))
         shown[said.anew if number < 3 else said.turned] = True
         if number > 2:
             for first, stop in zip(said.planes[::2], said.planes[1::2], strict=True):
@@ -292,7 +293,7 @@ def _columns(
         for row, turn in blocks.turns:
             if _lies_in(number, turn):
                 shown[row] = not (turn.helix and control.arcs is not None and control.arcs.helix)
-        positions.append(Column(axis_word(axis), values, control.decimals, control.plus, shown))
+        positions.append(Column(axis_word(axis), column, control.decimals, control.plus, shown))
     positions = [*positions, *centres]
     switched = [Column(f" {word}", shown=rows == row) for row, word in said.switches.items() if word]
     moved = [*switched, *positions] if control.compensation == "before" else [*positions, *switched]

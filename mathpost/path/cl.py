@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.files import read_bytes
+from mathpost.formula import slices
 from mathpost.path.cl_lines import LARGEST, Records
 from mathpost.path.cl_words import Statements
 from mathpost.path.modal import Command, Remark
@@ -122,7 +123,10 @@ def commands(remarks: Iterable[Remark], kind: str) -> list[tuple[int, Command]]:
 
 def feed_times(tips: np.ndarray, feeds: np.ndarray) -> np.ndarray:
     """Seconds that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
-    return 60 * np.linalg.norm(np.diff(tips, axis=0), axis=1) / feeds
+    lengths = np.empty(len(tips) - 1)
+    for moves in slices(lengths.shape):
+        lengths[moves] = np.linalg.norm(np.diff(tips[moves.start : moves.stop + 1], axis=0), axis=1)
+    return 60 * lengths / feeds
 
 
 def from_arrays(points: ArrayLike, axes: ArrayLike, *, feed: float = math.nan, name: str = "CL data") -> CLData:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.errors import NUMBER, InputError
+from mathpost.formula import slices
 from mathpost.path import text
 from mathpost.path.coordinates import Comments, Coordinates
 from mathpost.path.modal import Command, Remark
@@ -156,10 +157,12 @@ class Lines(text.Reader):
         if not self.runs:
             self.refuse_problems()
             raise InputError(self.name, "at least one GOTO", "none")
-        lines, numbers, feeds, rapid = (np.concatenate(runs, axis=-1) for runs in zip(*self.runs, strict=True))
+        lines, numbers, feeds, rapid = text.joined(self.runs)
         points, axes = numbers[:3], numbers[3:]
-        with np.errstate(over="ignore"):
-            length = np.linalg.norm(axes, axis=0)
+        length = np.empty(self.count)
+        for rows in slices(length.shape):
+            with np.errstate(over="ignore"):
+                length[rows] = np.linalg.norm(axes[:, rows], axis=0)
         for record in np.flatnonzero(~(np.abs(length - 1) <= UNIT_TOLERANCE)).tolist():
             shown = ", ".join(f"{value:g}" for value in axes[:, record])
             found = f"({shown}) of length {length[record]:.6g}"

@@ -128,8 +128,8 @@ class Column:
     """A part of n lines: an ASCII literal, and a number after it."""
 
     literal: str
-    values: np.ndarray | None = None  # rounded to their `decimals`
-    decimals: int = 0
+    values: np.ndarray | None = None
+    decimals: int = 0  # that it is rounded to; a zero has the sign `plus`
     plus: str = ""  # the sign of a number that is not negative
     shown: np.ndarray | None = None  # which lines have it; by default all
 
@@ -159,6 +159,22 @@ def held(values: np.ndarray, before: float) -> np.ndarray:
     """Replace NaN by the last number before it, or by `before`."""
     last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(1, len(values) + 1)))
     return np.concatenate([[before], values])[last]
+
+
+def joined(runs: list[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
+    """Return the columns of runs of lines, each (…, n), one run after the other; the list is empty then.
+
+    A run is freed when it has been copied, so that there are never two copies of all.
+    """
+    stop = sum(run[0].shape[-1] for run in runs)
+    columns = [np.empty((*part.shape[:-1], stop), part.dtype) for part in runs[0]]
+    while runs:
+        run = runs.pop()
+        start = stop - run[0].shape[-1]
+        for column, part in zip(columns, run, strict=True):
+            column[..., start:stop] = part
+        stop = start
+    return columns
 
 
 def _characters(texts: Iterable[str]) -> tuple[np.ndarray, np.ndarray]:
@@ -260,11 +276,12 @@ def _write(
             last = abs(value) * POWERS[decimals[item]]  # in units of the last digit
             if not last < LARGEST:
                 return 0
-            sign = MINUS if math.copysign(1.0, value) < 0 else plus[item]
+            whole = np.uint64(round(last))
+            sign = MINUS if value < 0 and whole else plus[item]
             if sign:
                 out[at] = sign
                 at += 1
-            at = _written(out, at, np.uint64(round(last)), decimals[item])
+            at = _written(out, at, whole, decimals[item])
     return at
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from mathpost.controls.blocks import Blocks as Blocks
 from mathpost.controls.blocks import joined
 from mathpost.controls.coordinates import Setup
-from mathpost.controls.reader import follow
+from mathpost.controls.reader import Program, follow
 from mathpost.controls.writer import state_rounding, write
 from mathpost.errors import InputError, MathpostError
 from mathpost.machine import Machine
@@ -110,22 +110,16 @@ def run(
     origins = _origins(paths, asked)
     plans: list[Plan] = []
     for path in paths:
-        planned = plan(path, asked, asked.choosing.start, progress, before=plans[-1] if plans else None)
-        plans.append(replace(planned, moves=own_words(path, planned.moves, asked)))
+        plans.append(plan(path, asked, asked.choosing.start, progress, before=plans[-1] if plans else None))
+        plans[-1] = replace(plans[-1], moves=own_words(path, plans[-1].moves, asked))
 
     progress("writing")
     text = write(joined([each.moves.blocks for each in plans]), machine, asked.control, name=name)
 
     progress("reading back")
-    program = follow(text, machine, asked.control, setup=Setup(offsets=origins), name=name)
+    plans = _as_run(plans, follow(text, machine, asked.control, setup=Setup(offsets=origins), name=name))
 
     progress("proving")
-    row = 0
-    for number, each in enumerate(plans):
-        moves, row = as_run(each.path, each.moves, program, row)
-        plans[number] = replace(each, moves=moves)
-    if row != len(program.lines):
-        raise MathpostError(f"{row} ends of moves were written and {len(program.lines)} read back")
     proofs = [_proof(each, asked) for each in plans]
     left = asked.tolerance - max(each.path_tip_error for each in proofs)
     text = state_rounding(text, asked.control, left)
@@ -149,6 +143,17 @@ def _origins(paths: list[ToolPath], options: Options) -> dict[str, tuple[float, 
                 raise InputError(f"{path.cl.where(0)}: {error.where}", error.expected, error.found) from None
             origins[options.control.work_offsets.name(path.offset)] = path.kin.machine.origin
     return origins
+
+
+def _as_run(plans: list[Plan], program: Program) -> list[Plan]:
+    """The plans with the moves that were read back."""
+    found, row = [], 0
+    for each in plans:
+        moves, row = as_run(each.path, each.moves, program, row)
+        found.append(replace(each, moves=moves))
+    if row != len(program.lines):
+        raise MathpostError(f"{row} ends of moves were written and {len(program.lines)} read back")
+    return found
 
 
 def _proof(plan: Plan, options: Options) -> Proof:

@@ -47,7 +47,6 @@ class Draft:
         self.drilled: list[int] = []
         self.pecks: list[int] = []
         self.strokes: list[Strokes] = []
-        self.joints = moves.blocks.joints
         self.said: dict[int, list[str | Command]] = {}
         for row, remark in moves.blocks.remarks:
             self.said.setdefault(row, []).append(remark)
@@ -62,7 +61,9 @@ class Draft:
         frame = self.frames[row]
         if frame is not None:
             return frame.inverse().point(np.asarray(tip))
-        return np.asarray(tip) if self.moves.blocks.tcp[row] else self.path.kin.close(tip, self.joints[row, 3:])[:3]
+        if self.moves.blocks.tcp[row]:
+            return np.asarray(tip)
+        return self.path.kin.close(tip, np.deg2rad(self.moves.blocks.words[row, 3:]))[:3]
 
     def say(self, row: int, command: Command, *, first: bool = False) -> None:
         """Give the control a command before a row, ahead of or after the commands already there."""

@@ -26,7 +26,7 @@ class Motion:
     @classmethod
     def on_part(cls, joints: np.ndarray, place: ArrayLike) -> Motion:
         """Poses none of which is lifted."""
-        return cls(joints, np.asarray(place, dtype=float), np.full(len(joints), ON_PART))
+        return cls(joints, np.asarray(place, dtype=float), np.full(len(joints), ON_PART, np.int8))
 
     @classmethod
     def joined(cls, parts: Sequence[Motion]) -> Motion:

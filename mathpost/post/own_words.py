@@ -12,7 +12,6 @@ import numpy as np
 from mathpost.controls.blocks import Blocks, joined, rounded
 from mathpost.controls.reader import Program
 from mathpost.errors import MathpostError
-from mathpost.path.cl import feed_times
 from mathpost.path.pieces import Arc
 from mathpost.post import proof
 from mathpost.post.arcs import arcs
@@ -26,7 +25,7 @@ from mathpost.post.tilted import standing, tilted
 
 def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:
     """Return moves in the words that the control has, if they are wanted."""
-    if options.expand:
+    if options.expand or not (path.cl.pieces or any(standing(path, moves))):
         return moves
     draft, moves = _with_holes(path, moves, options)
     if any(frame is not None for frame in draft.frames):
@@ -116,9 +115,7 @@ def as_run(path: ToolPath, moves: Moves, program: Program, first: int) -> tuple[
     if len(run.words) != len(place):
         raise MathpostError(f"{len(place)} ends of moves were written and {len(run.words)} read back")
     found = Motion(proof.joints_of(path.kin, run), place, np.concatenate(kinds))
-    tip, _ = path.cl.at(place)
-    by_feed = np.where(found.at_feed(path.cl), feed_times(tip, path.cl.feeds[found.record[1:]]), np.nan)
-    return replace(moves, motion=found, blocks=run, by_feed=by_feed, smooth=np.concatenate(within)), row
+    return replace(moves, motion=found, blocks=run, smooth=np.concatenate(within)), row
 
 
 def _with_records(

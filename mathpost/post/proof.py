@@ -237,8 +237,9 @@ def _refuse_other_feeds(cl: CLData, blocks: Blocks, motion: Motion, slower: bool
     on_part = np.r_[~motion.lifted[0], motion.in_cut]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
     as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
-    steps = np.diff(blocks.words, axis=0, prepend=blocks.words[:1])
-    only_turns = blocks.tcp & ~steps[:, :3].any(axis=1) & steps[:, 3:].any(axis=1)  # F is not that of the tip
+    moved = np.zeros(blocks.words.shape, bool)
+    moved[1:] = blocks.words[1:] != blocks.words[:-1]
+    only_turns = blocks.tcp & ~moved[:, :3].any(axis=1) & moved[:, 3:].any(axis=1)  # F is not that of the tip
     wrong = on_part & (
         (blocks.rapid & ~rapid) | (rapid & ~blocks.rapid & (not slower)) | (by_feed & ~as_it_is & ~only_turns)
     )
@@ -252,13 +253,16 @@ def _refuse_other_feeds(cl: CLData, blocks: Blocks, motion: Motion, slower: bool
 def _refuse_too_fast(kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion) -> None:
     """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis."""
     timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
+    if not timed.size:
+        return
     seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
     start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
     by_feed = np.where(motion.in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
     rates = kin.machine.max_rates * kin.machine.units
     if np.isnan(rates).all():
         rates = feeds[:, None] / 60
-    steps = np.diff(joints_of(kin, blocks) * kin.machine.units, axis=0)[timed - 1]
+    joints = joints_of(kin, blocks)
+    steps = (joints[timed] - joints[timed - 1]) * kin.machine.units
     by_axis = np.nan_to_num(np.abs(steps) / rates).max(axis=1, initial=0)
     least = np.maximum(by_feed, by_axis)
     # A hundredth, a millisecond of FT, the fourth decimal of F in blocks a minute and of the axes are left open.

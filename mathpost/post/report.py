@@ -13,7 +13,7 @@ from mathpost.controls.control import BETWEEN_BLOCKS
 from mathpost.errors import MathpostError
 from mathpost.machine import Machine
 from mathpost.path import deviation
-from mathpost.path.cl import CLData, commands
+from mathpost.path.cl import CLData, commands, feed_times
 from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.path.pieces import Hole
 from mathpost.post import proof, selection
@@ -152,9 +152,10 @@ def worst_of(proofs: Sequence[proof.Proof]) -> proof.Proof:
 
 def _slowest(plan: Plan, asked: np.ndarray, law: TimeLaw) -> SlowDown | None:
     """`slow_down` of a plan, in records of the whole path."""
-    moving = asked > 0
-    record = plan.path.first + plan.moves.motion.record[1:][moving]
-    return slow_down(record, np.diff(law.seconds), plan.moves.by_feed[moving])
+    motion, cl, moving = plan.moves.motion, plan.path.cl, asked > 0
+    record = motion.record[1:]
+    by_feed = np.where(motion.at_feed(cl), feed_times(cl.at(motion.place)[0], cl.feeds[record]), np.nan)
+    return slow_down(plan.path.first + record[moving], np.diff(law.seconds), by_feed[moving])
 
 
 def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan]) -> Iterator[tuple[str, str]]:

@@ -7,6 +7,7 @@ by dynamic programming (动态规划, R. Bellman 1957), by the shortest next mov
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.formula import compiled
+from mathpost.formula import compiled, slices
 from mathpost.machine import ENDLESS, Machine
 from mathpost.post import singular
 from mathpost.post.dynamic_programming import TIE, TURN, Axes, Records, best_way, cost, nearest
@@ -187,8 +188,9 @@ def choose(
             f"{cl.where(stuck)}: the path breaks here, {reason}; split it, with a retract and an unwind"
         )
     (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
-    columns = [angle[solution, records] + turn[winding] for angle, turn in zip(solved, turns, strict=True)]
-    joints = np.array(columns).T  # joint by joint is read fastest
+    joints = np.empty((len(solved), len(cl))).T  # joint by joint is read fastest
+    for joint, (angle, turn) in enumerate(zip(solved, turns, strict=True)):
+        joints[:, joint] = angle[solution, records] + turn[winding]
     further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, records], 0)
     for joint in np.flatnonzero(
         machine.endless
@@ -196,7 +198,7 @@ def choose(
         turned = np.diff(joints[:, joint], prepend=0.0 if start is None else start[joint])
         joints[:, joint] -= TURN * np.cumsum(np.rint(turned / TURN) - further * (joint == workpiece_side))
     breaks = tuple(np.flatnonzero(broken).tolist())
-    return Selection(joints, solution % 2, path_cost(machine, joints, start), breaks, strategy)
+    return Selection(joints, (solution % 2).astype(np.int8), path_cost(machine, joints, start), breaks, strategy)
 
 
 def _solutions(kin: Kinematics, tip: ArrayLike, axis: ArrayLike) -> np.ndarray:
@@ -229,9 +231,8 @@ def _preference(machine: Machine, solved: np.ndarray) -> float:
 
     A branch that is as good must not win by rounding, or by the micrometres that a calibration moves an axis.
     """
-    steps = short_way(machine, np.diff(solved[:, :2].T, axis=0))
-    ways = np.nansum(move_costs(machine, steps), axis=0)
-    return max(PREFERENCE * float(ways.min()), 1e-6)
+    ways = [np.nansum(_costs_along(machine, branch, short_way)) for branch in np.swapaxes(solved[:, :2], 0, 1)]
+    return max(PREFERENCE * float(min(ways)), 1e-6)
 
 
 def _beyond_the_short_way(kin: Kinematics, cl: CLData, solved: np.ndarray, still: float) -> np.ndarray:
@@ -314,5 +315,14 @@ def move_costs(machine: Machine, steps: ArrayLike) -> np.ndarray:
 
 def path_cost(machine: Machine, joints: np.ndarray, start: np.ndarray | None) -> float:
     """What a sequence of joints, shape (n, j), costs, with the way from `start`, if given, to its first row."""
-    total = float(np.sum(move_costs(machine, np.diff(joints, axis=0))))
+    total = float(np.sum(_costs_along(machine, joints.T)))
     return total if start is None else total + float(move_costs(machine, short_way(machine, joints[0] - start)))
+
+
+def _costs_along(machine: Machine, joints: np.ndarray, way: Callable | None = None) -> np.ndarray:
+    """What each move between joints (j, n) that follow each other costs, shape (n - 1,); as it is, or by a `way`."""
+    costs = np.empty(joints.shape[1] - 1)
+    for moves in slices(costs.shape):
+        steps = np.diff(joints[:, moves.start : moves.stop + 1]).T
+        costs[moves] = move_costs(machine, steps if way is None else way(machine, steps))
+    return costs

@@ -75,8 +75,6 @@ class Moves:
 
     motion: Motion  # the n poses at which blocks end
     blocks: Blocks  # one for each pose
-    seconds: np.ndarray  # shape (n - 1,), that feed and rates ask for each move
-    by_feed: np.ndarray  # shape (n - 1,), and the feed alone; NaN where it does not count
     # Where not every pose is the end of a block, see `mathpost.post.own_words`: the poses that the control ends a
     # move at, which of these are ends of an arc, and the records that it replaces by pecks of its own.
     run: np.ndarray | None = None
@@ -320,11 +318,12 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     run at its own rate then, and not every way is clear, they state the time of the slowest axis instead, or with
     TCP a feed: that of the CL data, or what the slowest slide can.
     """
-    kin, cl, joints = path.kin, path.cl, np.array(motion.joints)
+    kin, cl, joints = path.kin, path.cl, motion.joints
     # X Y Z of the machine at the safe position, and on the way from it to the lifted pose above the part.
     from_safe = (motion.kind == LIFTED) & np.r_[False, motion.kind[:-1] == SAFE]
     tcp = options.tcp & (motion.kind != SAFE) & ~from_safe
     if tcp.any():
+        joints = joints.copy()
         joints[tcp, :3] = kin.forward(joints[tcp])[0]
     words = rounded(joints, options.control.decimals)
     kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
@@ -344,11 +343,11 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
         rows = 1 + np.flatnonzero(wanted[1:])  # the first comes from where nobody knows, at the safe position
         rapid[rows] = may_be_rapid(kin, motion.joints, rows, path.touched if rows.size else np.empty((2, 0, 3)))
     by_time = ((turning & ~np.isnan(feeds)) | wanted) & ~rapid
-    if options.control.turning_feed == "time":
+    if options.control.turning_feed != "time":
+        by_time &= ~tcp
+    elif tcp.any():
         within_rates = np.where(tcp[1:], tcp_times(kin, motion.joints), 0)
         seconds = np.fmax(seconds, np.r_[np.nan, within_rates])
-    else:
-        by_time &= ~tcp
     slow = wanted & ~rapid & np.isnan(feeds) & ~(by_time & ~np.isnan(seconds))
     if slow.any():
         feeds = np.where(slow, _instead_of_rapid(path, int(record[slow.argmax()])), feeds)
@@ -359,7 +358,7 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
             raise InputError(cl.where(record[unfed.argmax()]), expected, "none")
         by_time |= unfed & ~np.isnan(seconds)
         feeds = np.where(unfed & np.isnan(seconds), 60 * slowest, feeds)  # from where nobody knows
-    if options.control.turning_feed == "degrees":
+    if options.control.turning_feed == "degrees" and tcp.any():
         only_turns = turning & tcp & np.r_[False, tcp[:-1] & (words[1:, :3] == words[:-1, :3]).all(axis=1)] & ~rapid
         degrees = np.r_[0.0, np.abs(np.diff(words[:, 3:], axis=0)).max(axis=1)]
         only_turns &= seconds > 0
@@ -368,8 +367,7 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
     blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
-    by_feed = np.where(motion.at_feed(cl), feed_times(tip, feeds[1:]), np.nan)
-    return Moves(motion, blocks, seconds[1:], by_feed)
+    return Moves(motion, blocks)
 
 
 def _instead_of_rapid(path: ToolPath, record: int) -> float:

@@ -51,13 +51,12 @@ def tilted(draft: Draft) -> None:
 def standing(path: ToolPath, moves: Moves) -> Iterator[tuple[int, int, bool]]:
     """Yield operations whose rotary axes stand still: first row, the row behind the last, whether it has holes."""
     blocks, motion = moves.blocks, moves.motion
-    turns = np.any(np.diff(blocks.words[:, 3:], axis=0) != 0, axis=1)
+    turned = (blocks.words[1:, 3:] != blocks.words[:-1, 3:]).any(axis=1)
     fixed = [row for kind in ("offset", "tool", "approach") for row, _ in commands(blocks.remarks, kind)]
-    edges = {0, len(blocks.words), *(np.flatnonzero(turns) + 1).tolist()}
-    edges |= {row + change for row in np.flatnonzero(motion.kind == SAFE).tolist() for change in (0, 1)}
-    edges |= {row for row in fixed if 0 < row < len(blocks.words)}
+    edges, safe = np.r_[True, turned, True], np.flatnonzero(motion.kind == SAFE)
+    edges[[*safe, *(safe + 1), *(row for row in fixed if row <= len(turned))]] = True
     drilled = np.searchsorted(motion.place, [each.first for each in path.cl.pieces if isinstance(each, Hole)])
-    at = np.array(sorted(edges))
+    at = np.flatnonzero(edges)
     for run in np.flatnonzero(np.diff(at) > 1).tolist():  # of a path in five axes there are few
         first, stop = at[run : run + 2].tolist()
         if motion.kind[first] != SAFE:

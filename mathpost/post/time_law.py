@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from mathpost.controls.blocks import Blocks
 from mathpost.controls.control import Control
-from mathpost.formula import compiled
+from mathpost.formula import compiled, slices
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Linear, Machine, Rotary
 from mathpost.path.cl import feed_times
@@ -85,20 +85,33 @@ def time_law(
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
     moving = np.flatnonzero(asked > 0)
     lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
-    settling = np.full(max(len(moving) - 1, 0), float(settle))
+    limited, count = np.isfinite(most).any(), len(moving)
+    settling = np.full(count + 1, float(settle))
     if smooth is not None:
-        settling[np.asarray(smooth)[moving[1:]]] = SETTLE
-    speed, bend, squares = corners(joints, moving, lengths, most, settling)
+        settling[1:-1][np.asarray(smooth)[moving[1:]]] = SETTLE
     if halts is not None:
-        halts = np.asarray(halts)[np.r_[0, moving + 1]]
-        squares[halts], bend[:, halts] = 0, 0
-    long = len(lengths) > LONG
-    rise = compiled(climbed) if long else climbed
-    drive = compiled(driven) if long else driven
-    if np.isfinite(most).any():
-        squares = rise(squares, lengths, speed, bend, most)
-        squares = rise(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
-    ramp, highest, durations, peaks = drive(squares, lengths, speed, bend, most)
+        settling[np.asarray(halts)[np.r_[0, moving + 1]]] = 0
+    rise = compiled(climbed) if count > LONG else climbed
+    drive = compiled(driven) if count > LONG else driven
+    squares, (ramp, highest, durations), peaks = np.zeros(count + 1), np.empty((3, count)), np.zeros((2, len(most)))
+    parts = list(
+        slices(moving.shape)
+    )  # what is known of the axes at each move would take more memory than the path
+    for moves in parts:
+        poses = slice(moves.start, moves.stop + 1)
+        speed, bend, square = corners(joints, moving, lengths, most, settling, moves)
+        square[0] = squares[moves.start]
+        squares[poses] = rise(square, lengths[moves], speed, bend, most) if limited else square
+    for moves in reversed(parts):
+        poses = slice(moves.start, moves.stop + 1)
+        speed, bend, _ = corners(joints, moving, lengths, most, settling, moves)
+        if limited:
+            backwards = (each[..., ::-1].copy() for each in (squares[poses], lengths[moves], speed, bend))
+            squares[poses] = rise(*backwards, most)[::-1]
+        ramp[moves], highest[moves], durations[moves], most_of = drive(
+            squares[poses], lengths[moves], speed, bend, most
+        )
+        peaks = np.maximum(peaks, most_of)
     peaks[1, np.isinf(most)] = np.nan
     seconds = np.r_[0.0, np.cumsum(durations)]
     if len(moving) < len(asked):
@@ -145,7 +158,15 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
     asks, and a block that states its time at least that time. With TCP, where only rotary axes turn, F may be
     degrees per minute.
     """
-    joints = joints_of(kin, blocks)
+    joints, seconds = joints_of(kin, blocks), np.empty(len(blocks.words) - 1)
+    for moves in slices(seconds.shape):
+        poses = slice(moves.start, moves.stop + 1)
+        seconds[moves] = _asked_by(kin, blocks[poses], joints[poses], control)
+    return joints, seconds
+
+
+def _asked_by(kin: Kinematics, blocks: Blocks, joints: np.ndarray, control: Control) -> np.ndarray:
+    """The seconds of `asked_by`."""
     at_feed = ~blocks.rapid[1:]
     seconds = block_times(kin.machine, joints, kin.forward(joints)[0], blocks.feeds[1:], at_feed)
     if control.turning_feed != "rates":
@@ -153,7 +174,7 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
         only_turns = at_feed & blocks.tcp[1:] & blocks.tcp[:-1] & ~steps[:, :3].any(axis=1)
         degrees = np.where(only_turns, steps[:, 3:].max(axis=1), 0)
         seconds = np.fmax(seconds, 60 * degrees / blocks.feeds[1:])
-    return joints, np.fmax(seconds, blocks.seconds[1:])
+    return np.fmax(seconds, blocks.seconds[1:])
 
 
 def law_of(
@@ -220,9 +241,13 @@ def overlaps(points: np.ndarray, law: TimeLaw, rounding: float) -> np.ndarray:
 
 
 def corners(
-    joints: np.ndarray, moving: np.ndarray, lengths: np.ndarray, most: np.ndarray, settle: np.ndarray
+    joints: np.ndarray, moving: np.ndarray, lengths: np.ndarray, most: np.ndarray, settle: np.ndarray, some: slice
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The speed of each axis at w = 1, what a bend takes of its acceleration at each pose, and the squares of w."""
+    """Of some moves the speed of each axis at w = 1, shape (j, k); at the k + 1 poses at their ends what a bend takes
+    of the acceleration of each axis, and the squares of w.
+    """
+    first, stop = max(some.start - 1, 0), min(some.stop + 1, len(lengths))  # with a move more at each end
+    moving, lengths, settle = moving[first:stop], lengths[first:stop], settle[first + 1 : stop]
     moves = len(lengths)
     speed, bend, squares = np.empty((len(most), moves)), np.zeros((len(most), moves + 1)), np.zeros(moves + 1)
     between = (lengths[1:] + lengths[:-1]) / 2
@@ -232,9 +257,12 @@ def corners(
         jumps = np.abs(np.diff(velocity))
         speed[axis], bend[axis, 1:-1] = np.abs(velocity), jumps / pause
         np.maximum(needed, jumps / most[axis], out=needed)  # seconds, in which all axes can take their jumps
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         squares[1:-1] = np.minimum(1.0, np.minimum(pause / needed, (settle / needed) ** 2))
-    return speed, bend, squares
+    squares[1:-1][settle == 0] = 0  # a halt, also where no speed jumps
+    own = slice(some.start - first, some.stop - first)
+    ends = slice(own.start, own.stop + 1)
+    return np.ascontiguousarray(speed[:, own]), np.ascontiguousarray(bend[:, ends]), squares[ends]
 
 
 # The loops run as plain Python, or as machine code if Numba compiles them.
