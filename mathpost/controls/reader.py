@@ -51,9 +51,9 @@ def follow(
     """
     lines = Lines(machine, control_for(machine, control), setup or Setup(), name)
     lines.take_all(text)
-    if not lines.runs:
+    if not lines.count:
         raise InputError(name, "at least one move", "none")
-    words, feeds, seconds, rapid, tcp, numbers = bulk.joined(lines.runs)
+    words, feeds, seconds, rapid, tcp, numbers = lines.all_kept()
     machines = [pair for pair in lines.machines if pair[0] < len(numbers)]
     if lines.control.whole_numbers and (found := whole_number(text, lines.names)):
         lines.notes["no point"] = found
@@ -102,9 +102,6 @@ class Lines(bulk.Reader):
         self.kept: set[int] = set()  # rotary axes, by number, that nothing has named since then
         self.unit_stated = False
         self.machines = [(0, machine)]
-        # Of moves: words, shape (j, n), feeds, seconds, whether rapid, with TCP, numbers of lines.
-        self.runs: list[tuple[np.ndarray, ...]] = []
-        self.count = 0
 
     def _words_behind(self) -> tuple[str, str]:
         """The words of rapid traverse and of seconds that follow the positions, or nothing."""
@@ -387,12 +384,10 @@ class Lines(bulk.Reader):
         if self.inverse and (untimed & ~rapid).any():
             self.line += int(numbers[(untimed & ~rapid).argmax()])
             raise self.error("an F word, inverse time being active", "none")
-        feeds = np.where(rapid | ~untimed, np.nan, feeds)
-        known = ~unknown
-        kept = words[:, known], feeds[known], seconds[known], rapid[known]
-        if count := kept[0].shape[1]:
-            self.runs.append((*kept, np.full(count, tcp), self.line + numbers[known]))
-            self.count += count
+        feeds, tcps = np.where(rapid | ~untimed, np.nan, feeds), np.full(len(feeds), tcp)
+        known = slice(None) if not unknown.any() else ~unknown
+        of_moves = words, feeds, seconds, rapid, tcps, self.line + numbers
+        self.keep(*(column[..., known] for column in of_moves))
 
     def error(self, expected: str, found: str | None) -> InputError:
         return InputError(f"{self.name}, line {self.line}", expected, found)

@@ -70,8 +70,6 @@ class Lines(text.Reader):
         self.scale = 1.0
         self.coordinates = Coordinates()
         self.comments = Comments()
-        self.runs: list[tuple[np.ndarray, ...]] = []
-        self.count = 0
         self.remarks: list[Remark] = []
         self.counts: Counter[str] = Counter()
         self.problems: list[tuple[int, str, str, str]] = []
@@ -142,8 +140,8 @@ class Lines(text.Reader):
         self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
         fast = np.full(len(lines), self.rapid if rapid is None else rapid)
         feeds = np.where(fast, math.nan, self.feed if feed is None else feed)
-        self.runs.append((lines, self.coordinates.placed(numbers), feeds, fast))
-        self.count, self.rapid = self.count + len(lines), False
+        self.keep(lines, self.coordinates.placed(numbers), feeds, fast)
+        self.rapid = False
 
     def go(self, points: ArrayLike, axis: ArrayLike, **options: Any) -> None:
         """Add records at points, shape (n, 3), with one tool axis."""
@@ -154,10 +152,10 @@ class Lines(text.Reader):
 
     def records(self) -> Records:
         """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse a file with problems."""
-        if not self.runs:
+        if not self.count:
             self.refuse_problems()
             raise InputError(self.name, "at least one GOTO", "none")
-        lines, numbers, feeds, rapid = text.joined(self.runs)
+        lines, numbers, feeds, rapid = self.all_kept()
         points, axes = numbers[:3], numbers[3:]
         length = np.empty(self.count)
         for rows in slices(length.shape):

@@ -80,10 +80,13 @@ class Reader(ABC):
 
     Subclasses, which know the language, define `pattern`; `fits(values)`, which lines are plain to the end;
     `takes_plain()`, whether plain lines have their plain meaning now; `take_plain(values)` for a run of them, and
-    `take_line(raw)` for the bytes of one line.
+    `take_line(raw)` for the bytes of one line. They `keep` what they make of the lines.
     """
 
     pattern: Pattern
+    _columns: Sequence[np.ndarray] = ()  # with room for all that is kept
+    room = 1  # lines of the text
+    count = 0  # that are kept
 
     @abstractmethod
     def fits(self, values: np.ndarray) -> np.ndarray: ...
@@ -97,10 +100,28 @@ class Reader(ABC):
     def takes_plain(self) -> bool:
         return True
 
+    def keep(self, *parts: np.ndarray) -> None:
+        """Keep arrays, shape (…, k) each, behind those that were kept before."""
+        stop = self.count + parts[0].shape[-1]
+        if not self._columns or stop > self._columns[0].shape[-1]:
+            # Room for all lines at once: what is never written to takes no memory, what is copied takes it twice.
+            before, room = self.all_kept(), max(self.room, 2 * stop)
+            self._columns = [np.empty((*part.shape[:-1], room), part.dtype) for part in parts]
+            for column, part in zip(self._columns, before, strict=False):
+                column[..., : self.count] = part
+        for column, part in zip(self._columns, parts, strict=True):
+            column[..., self.count : stop] = part
+        self.count = stop
+
+    def all_kept(self) -> list[np.ndarray]:
+        """The arrays that were kept, shape (…, count) each."""
+        return [column[..., : self.count] for column in self._columns]
+
     def take_all(self, content: AnyStr) -> None:
         """Take all lines of bytes, or of a text."""
         start = 0
         end = "\n" if isinstance(content, str) else b"\n"
+        self.room = content.count(end) + 1
         while start < len(content):
             stop = content.find(end, start + BLOCK) + 1 or len(content)
             self._take_block(content[start:stop], len(content) / (stop - start))
@@ -159,22 +180,6 @@ def held(values: np.ndarray, before: float) -> np.ndarray:
     """Replace NaN by the last number before it, or by `before`."""
     last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(1, len(values) + 1)))
     return np.concatenate([[before], values])[last]
-
-
-def joined(runs: list[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
-    """Return the columns of runs of lines, each (…, n), one run after the other; the list is empty then.
-
-    A run is freed when it has been copied, so that there are never two copies of all.
-    """
-    stop = sum(run[0].shape[-1] for run in runs)
-    columns = [np.empty((*part.shape[:-1], stop), part.dtype) for part in runs[0]]
-    while runs:
-        run = runs.pop()
-        start = stop - run[0].shape[-1]
-        for column, part in zip(columns, run, strict=True):
-            column[..., start:stop] = part
-        stop = start
-    return columns
 
 
 def _characters(texts: Iterable[str]) -> tuple[np.ndarray, np.ndarray]:

@@ -106,24 +106,8 @@ def measured(
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
     machine, joints = real or kin, joints_of(kin, blocks)
     tips, axes = cl.at(motion.place)
-    moves = len(joints) - 1
-    least, most, off = LEAST_INTERVALS if real else FEWEST_INTERVALS, np.full((2, moves), np.inf), np.zeros(moves)
-    # A record whose block was left out as a repetition has the pose of the block before.
-    on_part = np.flatnonzero(~motion.lifted)
-    wanted = np.delete(np.arange(len(cl)), np.asarray(left_out, int))
-    at = on_part[np.searchsorted(motion.place[on_part], wanted, side="right") - 1]
-    tip_error = chord = 0.0
-    for rows in slices(joints.shape[:1]):
-        poses = slice(rows.start, rows.stop + 1)  # that after the last move included
-        reached = machine.forward(joints[poses])
-        off[rows] = np.linalg.norm(reached[0] - tips[poses], axis=1)[1:]
-        if not real:
-            most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
-        some = slice(*np.searchsorted(at, [rows.start, rows.stop]))
-        records = wanted[some]
-        tip, axis = (np.take(each.T, at[some] - rows.start, axis=1) for each in reached)
-        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records].T, axis=0).max(initial=0))
-        chord = max(chord, np.linalg.norm(axis - cl.axes[records].T, axis=0).max(initial=0))
+    least = LEAST_INTERVALS if real else FEWEST_INTERVALS
+    tip_error, chord, off, most = _at_the_ends(kin, cl, joints, motion, real, left_out)
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
     most[1, ~motion.at_feed(cl)] = -1
     if not rapid_interpolated:
@@ -153,6 +137,39 @@ def measured(
         path_axis_error=float(max(np.degrees(path_axis), axis_error)),
         worst_record=int(motion.record[worst + 1]) + 1,
     )
+
+
+def _at_the_ends(
+    kin: Kinematics,
+    cl: CLData,
+    joints: np.ndarray,
+    motion: Motion,
+    real: ForwardKinematics | None,
+    left_out: ArrayLike,
+) -> tuple[float, float, np.ndarray, np.ndarray]:
+    """How far tip and tool axis are off at the records, mm and the chord of the angle.
+
+    And, of each move, how far off the path its end is, and how far the move can stray, as `bounds`.
+    """
+    tips, axes = cl.at(motion.place)
+    off, most = np.zeros(len(joints) - 1), np.full((2, len(joints) - 1), np.inf)
+    # A record whose block was left out as a repetition has the pose of the block before.
+    on_part = np.flatnonzero(~motion.lifted)
+    wanted = np.delete(np.arange(len(cl)), np.asarray(left_out, int))
+    at = on_part[np.searchsorted(motion.place[on_part], wanted, side="right") - 1]
+    tip_error = chord = 0.0
+    for rows in slices(joints.shape[:1]):
+        poses = slice(rows.start, rows.stop + 1)  # that after the last move included
+        reached = (real or kin).forward(joints[poses])
+        off[rows] = np.linalg.norm(reached[0] - tips[poses], axis=1)[1:]
+        if not real:
+            most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
+        some = slice(*np.searchsorted(at, [rows.start, rows.stop]))
+        records = wanted[some]
+        tip, axis = (np.take(each.T, at[some] - rows.start, axis=1) for each in reached)
+        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records].T, axis=0).max(initial=0))
+        chord = max(chord, np.linalg.norm(axis - cl.axes[records].T, axis=0).max(initial=0))
+    return tip_error, chord, off, most
 
 
 def joints_of(kin: Kinematics, blocks: Blocks) -> np.ndarray:

@@ -87,25 +87,18 @@ def report_of(
     The moves of the plans are those that were read back: what is timed is what is written. The control may round
     off `rounding`, mm.
     """
-    laws, slow, unknown = [], [], np.zeros(len(machine.joint_names), bool)
-    for each in plans:
-        part = each.moves.blocks
-        asked, law = law_of(each.path.kin, part, options.control, rounding, each.moves.smooth)
-        slow.append(_slowest(each, asked, law))
-        if each.moves.strokes:
-            pecked, smooth = with_strokes(each.moves)
-            _, law = law_of(each.path.kin, pecked, options.control, rounding, smooth)
-        laws.append(law)
-        unknown |= (np.diff(part.words, axis=0)[part.rapid[1:]] != 0).any(axis=0) & np.isnan(machine.max_rates)
-    peaks = np.max([law.peaks for law in laws], axis=0) * machine.units
+    times, each_peaks, slow = zip(*(_timed(each, options, rounding) for each in plans), strict=True)
+    peaks, unknown = np.max(each_peaks, axis=0) * machine.units, np.zeros(len(machine.joint_names), bool)
+    for blocks in (each.moves.blocks for each in plans):
+        rapid = 1 + np.flatnonzero(blocks.rapid[1:])
+        unknown |= (blocks.words[rapid] != blocks.words[rapid - 1]).any(axis=0) & np.isnan(machine.max_rates)
     peaks[0, unknown] = np.nan
     before = [each.uncompensated for each in plans if each.uncompensated]
     spindles = bool(commands(cl.remarks, "spindle"))
     return Report(
         **vars(worst_of(proofs)),
         settings=dict(_settings(cl, machine, options, plans)),
-        time=sum(law.seconds[-1] for law in laws)
-        + sum(each.values[0] for _, each in commands(cl.remarks, "dwell")),
+        time=sum(times) + sum(each.values[0] for _, each in commands(cl.remarks, "dwell")),
         time_law=BETWEEN_BLOCKS[options.control.between_blocks],
         peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
         slowest=max(filter(None, slow), key=lambda at: at[2] - at[1], default=None),
@@ -148,6 +141,17 @@ def worst_of(proofs: Sequence[proof.Proof]) -> proof.Proof:
         path_axis_error=max(each.path_axis_error for each in proofs),
         worst_record=max(proofs, key=lambda each: each.path_tip_error).worst_record,
     )
+
+
+def _timed(plan: Plan, options: Options, rounding: float) -> tuple[float, np.ndarray, SlowDown | None]:
+    """How long a plan takes, the peaks of its axes, and where it loses most time."""
+    kin, moves = plan.path.kin, plan.moves
+    asked, law = law_of(kin, moves.blocks, options.control, rounding, moves.smooth)
+    slow = _slowest(plan, asked, law)
+    if moves.strokes:
+        pecked, smooth = with_strokes(moves)
+        _, law = law_of(kin, pecked, options.control, rounding, smooth)
+    return law.seconds[-1], law.peaks, slow
 
 
 def _slowest(plan: Plan, asked: np.ndarray, law: TimeLaw) -> SlowDown | None:

@@ -189,8 +189,8 @@ def choose(
         )
     (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
     joints = np.empty((len(solved), len(cl))).T  # joint by joint is read fastest
-    for joint, (angle, turn) in enumerate(zip(solved, turns, strict=True)):
-        joints[:, joint] = angle[solution, records] + turn[winding]
+    for column, angle, turn in zip(joints.T, solved, turns, strict=True):
+        column[:] = angle[solution, records] + turn[winding]
     further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, records], 0)
     for joint in np.flatnonzero(
         machine.endless
@@ -320,7 +320,7 @@ def path_cost(machine: Machine, joints: np.ndarray, start: np.ndarray | None) ->
 
 
 def _costs_along(machine: Machine, joints: np.ndarray, way: Callable | None = None) -> np.ndarray:
-    """What each move between joints (j, n) that follow each other costs, shape (n - 1,); as it is, or by a `way`."""
+    """What each move between joints (j, n) that follow each other costs, shape (n - 1,), as it is or by a `way`."""
     costs = np.empty(joints.shape[1] - 1)
     for moves in slices(costs.shape):
         steps = np.diff(joints[:, moves.start : moves.stop + 1]).T

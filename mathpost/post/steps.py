@@ -19,7 +19,7 @@ from mathpost.formula import slices
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 from mathpost.path import deviation
-from mathpost.path.cl import OPPOSITE, CLData, commands, feed_times
+from mathpost.path.cl import OPPOSITE, CLData, commands
 from mathpost.path.modal import Command
 from mathpost.post import proof, selection
 from mathpost.post.approach import (

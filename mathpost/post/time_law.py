@@ -94,9 +94,7 @@ def time_law(
     rise = compiled(climbed) if count > LONG else climbed
     drive = compiled(driven) if count > LONG else driven
     squares, (ramp, highest, durations), peaks = np.zeros(count + 1), np.empty((3, count)), np.zeros((2, len(most)))
-    parts = list(
-        slices(moving.shape)
-    )  # what is known of the axes at each move would take more memory than the path
+    parts = list(slices(moving.shape))  # the corners of all moves would take more memory than the path
     for moves in parts:
         poses = slice(moves.start, moves.stop + 1)
         speed, bend, square = corners(joints, moving, lengths, most, settling, moves)
@@ -106,17 +104,20 @@ def time_law(
         poses = slice(moves.start, moves.stop + 1)
         speed, bend, _ = corners(joints, moving, lengths, most, settling, moves)
         if limited:
-            backwards = (each[..., ::-1].copy() for each in (squares[poses], lengths[moves], speed, bend))
-            squares[poses] = rise(*backwards, most)[::-1]
+            square, length, *of_axes = (
+                each[..., ::-1].copy() for each in (squares[poses], lengths[moves], speed, bend)
+            )
+            squares[poses] = rise(square, length, *of_axes, most)[::-1]
         ramp[moves], highest[moves], durations[moves], most_of = drive(
             squares[poses], lengths[moves], speed, bend, most
         )
         peaks = np.maximum(peaks, most_of)
     peaks[1, np.isinf(most)] = np.nan
-    seconds = np.r_[0.0, np.cumsum(durations)]
+    seconds = np.zeros(count + 1)
+    np.cumsum(durations, out=seconds[1:])
     if len(moving) < len(asked):
         joints = joints[np.r_[0, moving + 1]]
-    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, peaks)
+    return TimeLaw(joints, seconds, np.sqrt(squares, out=squares), lengths, ramp, highest, peaks)
 
 
 def block_times(
@@ -243,8 +244,9 @@ def overlaps(points: np.ndarray, law: TimeLaw, rounding: float) -> np.ndarray:
 def corners(
     joints: np.ndarray, moving: np.ndarray, lengths: np.ndarray, most: np.ndarray, settle: np.ndarray, some: slice
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of some moves the speed of each axis at w = 1, shape (j, k); at the k + 1 poses at their ends what a bend takes
-    of the acceleration of each axis, and the squares of w.
+    """The speed of each axis at w = 1, shape (j, k), on some moves.
+
+    And, at the k + 1 poses at their ends, what a bend takes of the acceleration of each axis, and the squares of w.
     """
     first, stop = max(some.start - 1, 0), min(some.stop + 1, len(lengths))  # with a move more at each end
     moving, lengths, settle = moving[first:stop], lengths[first:stop], settle[first + 1 : stop]
