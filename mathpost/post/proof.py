@@ -105,7 +105,7 @@ def measured(
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
     machine, joints = real or kin, joints_of(kin, blocks)
-    tips, axes = cl.at(motion.place)
+    tips, _ = cl.at(motion.place)
     least = LEAST_INTERVALS if real else FEWEST_INTERVALS
     tip_error, chord, off, most = _at_the_ends(kin, cl, joints, motion, real, left_out)
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
@@ -123,9 +123,7 @@ def measured(
     path_axis, _ = largest(AXIS, machine, joints, arcs_of, most[1], least=least)
     straight = blocks.tcp[1:]  # the control keeps the tip on the straight line between the blocks
     off[~straight], most[0, straight] = 0, -1
-    path_tip, worst = largest(
-        TIP, machine, joints, lambda moves: (tips[moves], tips[moves + 1]), most[0], least=least
-    )
+    path_tip, worst = largest(TIP, machine, joints, segments_of, most[0], least=least)
     if off.max(initial=0) > path_tip:
         path_tip, worst = off.max(), int(off.argmax())
 

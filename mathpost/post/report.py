@@ -20,7 +20,7 @@ from mathpost.post import proof, selection
 from mathpost.post.approach import approaches
 from mathpost.post.options import Options
 from mathpost.post.steps import Moves, Plan, choose, crossing, in_words
-from mathpost.post.time_law import SlowDown, TimeLaw, law_of, slow_down
+from mathpost.post.time_law import SlowDown, law_of, slow_down
 from mathpost.post.ways import Way, comparison
 
 # A selection: name; cost; largest step of each rotary axis, degrees; why it is not possible.
@@ -147,19 +147,22 @@ def _timed(plan: Plan, options: Options, rounding: float) -> tuple[float, np.nda
     """How long a plan takes, the peaks of its axes, and where it loses most time."""
     kin, moves = plan.path.kin, plan.moves
     asked, law = law_of(kin, moves.blocks, options.control, rounding, moves.smooth)
-    slow = _slowest(plan, asked, law)
+    seconds, peaks = law.seconds, law.peaks
+    del law  # which holds the path once more
+    slow = _slowest(plan, asked, seconds)
     if moves.strokes:
         pecked, smooth = with_strokes(moves)
         _, law = law_of(kin, pecked, options.control, rounding, smooth)
-    return law.seconds[-1], law.peaks, slow
+        seconds, peaks = law.seconds, law.peaks
+    return seconds[-1], peaks, slow
 
 
-def _slowest(plan: Plan, asked: np.ndarray, law: TimeLaw) -> SlowDown | None:
-    """`slow_down` of a plan, in records of the whole path."""
+def _slowest(plan: Plan, asked: np.ndarray, seconds: np.ndarray) -> SlowDown | None:
+    """`slow_down` of a plan whose poses are reached at `seconds`, in records of the whole path."""
     motion, cl, moving = plan.moves.motion, plan.path.cl, asked > 0
     record = motion.record[1:]
     by_feed = np.where(motion.at_feed(cl), feed_times(cl.at(motion.place)[0], cl.feeds[record]), np.nan)
-    return slow_down(plan.path.first + record[moving], np.diff(law.seconds), by_feed[moving])
+    return slow_down(plan.path.first + record[moving], np.diff(seconds), by_feed[moving])
 
 
 def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan]) -> Iterator[tuple[str, str]]:

@@ -104,10 +104,8 @@ def time_law(
         poses = slice(moves.start, moves.stop + 1)
         speed, bend, _ = corners(joints, moving, lengths, most, settling, moves)
         if limited:
-            square, length, *of_axes = (
-                each[..., ::-1].copy() for each in (squares[poses], lengths[moves], speed, bend)
-            )
-            squares[poses] = rise(square, length, *of_axes, most)[::-1]
+            square, length = squares[poses][::-1].copy(), lengths[moves][::-1].copy()
+            squares[poses] = rise(square, length, speed[:, ::-1].copy(), bend[:, ::-1].copy(), most)[::-1]
         ramp[moves], highest[moves], durations[moves], most_of = drive(
             squares[poses], lengths[moves], speed, bend, most
         )
