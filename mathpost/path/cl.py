@@ -38,7 +38,7 @@ class CLData:
 
     A remark, a statement that does not move the tool, is a pair: the number of the record that follows it, and a
     comment or a `mathpost.path.modal.Command`. With `normals` `mathpost.measure.cutter.compensated` makes the
-    path of a different cutter. The memory of `points` and `axes` holds one component after the other.
+    path of a different cutter. In memory each component of `points` and `axes` lies together.
     """
 
     points: np.ndarray  # shape (n, 3), tool tip, mm

@@ -261,7 +261,7 @@ def test_arcs_and_holes_stand_at_their_own_records_in_a_part_and_behind_a_half_t
 def test_components_lie_one_after_the_other():
     points = np.arange(12.0).reshape(4, 3)
     for cl in (cldata.parse(FILE), cldata.from_arrays(points, points + 1)):
-        assert cl.points.T.flags.c_contiguous and cl.axes.T.flags.c_contiguous
+        assert all(component.flags.c_contiguous for component in (*cl.points.T, *cl.axes.T))
         assert not cl.points.flags.writeable and points.flags.writeable
 
 

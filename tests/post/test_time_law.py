@@ -48,6 +48,22 @@ def test_one_axis(dmu50v, angle, seconds, pieces):
     assert jumps(law)[:, 4].max(initial=0) == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.parametrize("halting", [False, True])
+def test_long_paths_go_by_parts(dmu50v, halting, monkeypatch):
+    """A law that is found a few moves at a time is that of all of them at once."""
+    rng = np.random.default_rng(17)
+    joints, seconds = rng.normal(0, 0.3, (100, 5)).cumsum(axis=0), rng.choice([0, 0.005, 0.05], 99)
+    halts, smooth = (rng.random(100) < 0.1, rng.random(100) < 0.3) if halting else (None, None)
+    whole, parts = [], []
+    for found, size in ((whole, 1000), (parts, 7)):
+        monkeypatch.setattr("mathpost.formula.SLICE", size)
+        law = time_law(dmu50v.machine, joints, seconds, halts=halts, smooth=smooth)
+        found += [law.joints, law.seconds, law.override, law.asked, law.ramp, law.highest, law.peaks]
+    assert np.count_nonzero(whole[2]) > 20
+    for one, other in zip(whole, parts, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def jumps(law):
     """By how much the speed of each axis jumps at each pose between the first and the last."""
     speeds = np.diff(law.joints, axis=0) / law.asked[:, None]
