@@ -132,8 +132,8 @@ def test_what_is_written_is_what_formatting_writes(rows, decimals, plus, literal
     rows = [(round(value, decimals), *others) for value, *others in rows]
     numbers, shown, counts = map(np.array, zip(*rows, strict=True))
     columns = [Column("N", counts), Column(literal, numbers, decimals, plus, shown), Column(";\n")]
-    form = f"{literal}%{plus}.{decimals}f"
-    expected = [f"N{count}{form % value if there else ''};\n" for value, there, count in rows]
+    form = f"{{:{plus}z.{decimals}f}}"  # a zero has no sign but that
+    expected = [f"N{count}{literal + form.format(value) if there else ''};\n" for value, there, count in rows]
     for used in (True, False):
         with machine_code(used):
             assert "".join(text.lines(columns, 0, len(rows))) == "".join(expected)
