@@ -1,7 +1,6 @@
 """Where RTCP believes the tool to be, and where it really is: the chain with unknown geometry."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,7 +10,7 @@ from mathpost import chain
 from mathpost.compensate.model import named_point
 from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
-from mathpost.machine import ENDLESS, Linear, Machine
+from mathpost.machine import Linear, Machine, Rotary
 from mathpost.rotation import unit
 
 
@@ -36,10 +35,7 @@ def tips(
     machine as it is if that is not `machine`, with which the control reckons.
     """
     numbers = [*geometry(real or machine), *np.moveaxis(named_point(machine, length), -1, 0)]
-    # The formulas are those of any machine of the arrangement: the numbers are arguments.
-    rotary = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
-    linear = tuple(Linear(name) for name in "XYZ")
-    formulas = _compiled(Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
+    formulas = _compiled(tuple((each.name, each.carries) for each in machine.rotary))
     tip, derivatives = (formula(*np.transpose(joints), *numbers, length) for formula in formulas)
     return tip[..., 0], derivatives
 
@@ -51,7 +47,11 @@ def geometry(machine: Machine) -> np.ndarray:
 
 
 @lru_cache(maxsize=32)
-def _compiled(machine: Machine) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+def _compiled(axes: tuple[tuple[str, str], ...]) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    """The formulas of any machine whose rotary axes have these names and carry these sides: numbers are arguments."""
+    rotary = tuple(Rotary(name, carries, (1, 0, 0), (0, 0, 0)) for name, carries in axes)
+    linear = tuple(Linear(name) for name in "XYZ")
+    machine = Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0))
     kin = Kinematics(machine)
     *numbers, length = (each for each in chain.Geometry.symbols(machine).flat() if each.is_Symbol)
     arguments = (*kin.symbols, *numbers, length)

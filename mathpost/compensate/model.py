@@ -247,10 +247,13 @@ def table_position(
     return machine.slide_positions(joints[..., :3], tool_length)[..., joint]
 
 
+@lru_cache(maxsize=len(SQUARENESS))
 def out_of_square(name: str) -> tuple[int, np.ndarray]:
     """The slide that a squareness error turns, as an index, and where 1 rad sends it aside on 1 mm, shape (3,)."""
     slide = "XYZ".index(name[3])
-    return slide, np.cross(np.eye(3)["ABC".index(name[1])], np.eye(3)[slide])
+    aside = np.cross(np.eye(3)["ABC".index(name[1])], np.eye(3)[slide])
+    aside.flags.writeable = False
+    return slide, aside
 
 
 def named_point(machine: Machine, length: ArrayLike) -> np.ndarray:

@@ -10,6 +10,7 @@ they do not, it adds to the uncertainty of all the rest.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -166,6 +167,18 @@ class Problem:
         found = self._estimate(self.sought(effects=True, drift=True), sigmas, [])
         return float(((found.residuals / sigmas) ** 2).sum() + ((found.x / self.prior) ** 2).sum())
 
+    def read_again(self, blocks: list[Readings]) -> Problem:
+        """The same with other readings of the same poses; with other poses it is derived anew."""
+        fixed = ("joints", "reference", "target", "direction")
+        pairs = [
+            (getattr(a, name), getattr(b, name)) for a, b in zip(self.blocks, blocks, strict=True) for name in fixed
+        ]
+        if not all(np.array_equal(a, b) for a, b in pairs):
+            return Problem(self.machine, blocks, self.tables)
+        again = copy(self)
+        again.blocks, again.observed = blocks, np.concatenate([each.value for each in (*blocks, *self.tables)])
+        return again
+
     def _with_bias(self, found: Solution, others: list[int]) -> Solution:
         """The estimate with what the unknowns `others`, taken for nothing, may have moved it by."""
         rows = found.rows[: len(found.sigmas)]
@@ -282,7 +295,9 @@ class Problem:
         the indices of the unknowns to estimate. The positions of balls and the unknowns of the laser come first,
         then the geometry in the order of `unknowns`. An unknown with a reading of its own is always estimated.
         """
-        matrix = self.predict(self.all, np.zeros(self.count), believed=True)[1]
+        matrix = self.linear[2]
+        if any((each.joints != each.believed).any() for each in self.blocks):
+            matrix = self.predict(self.all, np.zeros(self.count), believed=True)[1]
         geometry = len(self.names)
         free = [n for own in (*self.entries, *self.places) for n in range(own.start, own.stop)]
         kept: list[int] = []
@@ -324,18 +339,18 @@ class Problem:
 
         `believed`: where RTCP would be, not where the slides were found, whose noise would tell unknowns apart.
         """
-        eye = np.eye(self.count)
-        parts = [self._gaps(n, x, believed) for n in range(len(self.blocks))]
+        eye, real = np.eye(self.count), moved(self.machine, dict(zip(self.names, x[self.geometry], strict=True)))
+        parts = [self._gaps(n, x, real, believed) for n in range(len(self.blocks))]
         parts += [(x[own], eye[own]) for own in self.entries]
         predicted, derivatives = map(np.concatenate, zip(*parts, strict=True))
         return predicted, derivatives[:, kept]
 
-    def _gaps(self, number: int, x: np.ndarray, believed: bool) -> tuple[np.ndarray, np.ndarray]:
-        """What is read in a file; its derivatives by all unknowns."""
+    def _gaps(self, number: int, x: np.ndarray, real: Machine, believed: bool) -> tuple[np.ndarray, np.ndarray]:
+        """What is read in a file of the machine `real`; its derivatives by all unknowns."""
         block, place, drift = self.blocks[number], self.places[number].start, self.drifts[number]
-        gaps, derivatives = self._along(block, block.believed if believed else block.joints, place, x)
+        gaps, derivatives = self._along(block, block.believed if believed else block.joints, place, x, real)
         if block.reference is not None:
-            there, slopes = self._along(block, block.reference, place, x)
+            there, slopes = self._along(block, block.reference, place, x, real)
             gaps, derivatives = gaps - there, derivatives - slopes
         if block.zeroed:
             zero = place + 4 * block.setup + 3
@@ -345,7 +360,7 @@ class Problem:
         return gaps + derivatives[:, drift] @ x[drift], derivatives
 
     def _along(
-        self, block: Readings, joints: np.ndarray, place: int, x: np.ndarray
+        self, block: Readings, joints: np.ndarray, place: int, x: np.ndarray, real: Machine
     ) -> tuple[np.ndarray, np.ndarray]:
         """The distance of the ball from the tip along each reading's direction; its derivatives by all unknowns."""
         values = dict(zip(self.names, x[self.geometry], strict=True))
@@ -362,7 +377,7 @@ class Problem:
             shares.append((effect.joint, own, effect.shape(position)))
         for joint, own, share in shares:
             actual[:, joint] += share @ x[own]
-        tip, by = held.tips(self.machine, actual, block.length, moved(self.machine, values))
+        tip, by = held.tips(self.machine, actual, block.length, real)
         along = np.einsum("ni,nji->nj", block.direction, by[..., :3])  # the direction, in the workpiece
         slopes = -np.einsum("ni,nij->nj", along, by)
         derivatives = np.zeros((len(actual), self.count))

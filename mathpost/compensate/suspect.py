@@ -56,9 +56,10 @@ def causes(
     named = [n for n in blocks if any(str(paths[n]) in doubt for doubt in doubts)][:FILES]
     sets = list(dict.fromkeys([tuple(blocks), *((n,) for n in named)]))
     noise = [_noise(each, found) for each in blocks.values()]
-    before = _misfit(machine, read, noise)
+    problem = Problem(machine, list(blocks.values()), [each for each in read if isinstance(each, Positioning)])
+    before = problem.misfit(noise)
     tables = {n: files.read_table(paths[n], machine, **settings) for n in blocks}
-    tried = [each for own in sets for each in _tried(machine, read, {n: tables[n] for n in own}, noise)]
+    tried = [each for own in sets for each in _tried(problem, read, {n: tables[n] for n in own}, noise)]
     tried = sorted((each for each in tried if before - each.misfit > DECISIVE), key=lambda each: each.misfit)
     likely: dict[str, tuple[Cause, Calibration]] = {}
     for each in tried[:TRIED]:
@@ -79,31 +80,26 @@ def _noise(block: Readings, found: Calibration | None) -> float:
     return block.sigma if np.isfinite(block.sigma) else min(most, found.noise[block.where][0] if found else most)
 
 
-def _misfit(machine: Machine, read: Sequence[Read], noise: Sequence[float]) -> float:
-    """How badly readings fit, see `Problem.misfit`."""
-    blocks = [each for each in read if isinstance(each, Readings)]
-    return Problem(machine, blocks, [each for each in read if isinstance(each, Positioning)]).misfit(noise)
-
-
 def _tried(
-    machine: Machine, read: Sequence[Read], tables: dict[int, Table], noise: Sequence[float]
+    problem: Problem, read: Sequence[Read], tables: dict[int, Table], noise: Sequence[float]
 ) -> Iterator[Cause]:
     """Yield what each change of `tables`, files by number, would make of all readings."""
     blocks = [each for n, each in enumerate(read) if n in tables and isinstance(each, Readings)]
-    for words, change in _changes(blocks, machine):
+    for words, change in _changes(blocks, problem.machine):
         mended, changed = list(read), []
         for n, table in tables.items():
             other = deepcopy(table)
             if change(other):
                 changed.append(str(table.path))
                 try:
-                    mended[n] = files.taken(other, machine)
+                    mended[n] = files.taken(other, problem.machine)
                 except MathpostError:
                     changed = []
                     break
         if changed:
             with suppress(MathpostError):
-                yield Cause(words, tuple(changed), tuple(mended), _misfit(machine, mended, noise))
+                again = problem.read_again([each for each in mended if isinstance(each, Readings)])
+                yield Cause(words, tuple(changed), tuple(mended), again.misfit(noise))
 
 
 def _better(mended: Calibration, found: Calibration | None, cause: Cause) -> bool:
