@@ -62,7 +62,8 @@ def apart(problem: Problem, solution: Solution) -> list[str]:
         falls, told = zip(each.best(), Information.of_all(files[:n] + files[n + 1 :]).best(), strict=True)
         fall, more = max(sum(falls) - fell, 0.0), sum(told) - known
         left, free = total.square - fell - fall, total.count - known - more
-        chances.append(scipy.stats.f.sf(fall / more / (left / free), more, free) if more and free >= 1 else 1.0)
+        ratio = max(fall / more / (left / free), 0.0) if more and free >= 1 else 0.0
+        chances.append(scipy.special.fdtrc(more, free, ratio) if ratio else 1.0)
     worst = int(np.argmin(chances))
     if chances[worst] * len(chances) > CHANCE:
         return []

@@ -48,7 +48,7 @@ def geometry(machine: Machine) -> np.ndarray:
 
 @lru_cache(maxsize=32)
 def _compiled(axes: tuple[tuple[str, str], ...]) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """The formulas of any machine whose rotary axes have these names and carry these sides: numbers are arguments."""
+    """The formulas of all machines whose rotary axes have these names and sides: the numbers are arguments."""
     rotary = tuple(Rotary(name, carries, (1, 0, 0), (0, 0, 0)) for name, carries in axes)
     linear = tuple(Linear(name) for name in "XYZ")
     machine = Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0))

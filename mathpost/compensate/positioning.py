@@ -128,7 +128,7 @@ def _odd_run(path: str, columns: Sequence[str], backwards: Sequence[bool], value
     odd = min(peers, key=lambda n: noise[n])
     least, others = max(noise[odd], rounded, ROUNDING), np.delete(shape, odd, axis=1).mean(axis=1)
     times = np.sqrt(np.mean((shape[:, odd] - others) ** 2)) / least
-    chance = scipy.stats.f.sf(times**2 / (1 + 1 / (spare + 1)), targets, targets * spare) * len(peers)
+    chance = scipy.special.fdtrc(targets, targets * spare, times**2 / (1 + 1 / (spare + 1))) * len(peers)
     if times < ODD or chance > CHANCE:
         return ()
     turned = np.sqrt(np.mean((shape[:, odd] + others) ** 2)) < 2 * least
@@ -155,7 +155,7 @@ def _confused(columns: Sequence[str], backwards: np.ndarray, values: np.ndarray)
     if backwards.any() and not backwards.all():
         forth, back = shape[:, ~backwards].mean(axis=1), shape[:, backwards].mean(axis=1)
         square = ((back - forth) ** 2).sum() / max(((back[::-1] - forth) ** 2).sum(), ROUNDING**2)
-        if square > ODD**2 and scipy.stats.f.sf(square, len(forth) - 1, len(forth) - 1) < CHANCE:
+        if square > ODD**2 and scipy.special.fdtrc(len(forth) - 1, len(forth) - 1, square) < CHANCE:
             names = ", ".join(name for name, side in zip(columns, backwards, strict=True) if side)
             yield f"columns {names} agree with those forth from the last row to the first: list them by position"
 

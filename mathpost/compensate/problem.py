@@ -169,14 +169,11 @@ class Problem:
 
     def read_again(self, blocks: list[Readings]) -> Problem:
         """The same with other readings of the same poses; with other poses it is derived anew."""
-        fixed = ("joints", "reference", "target", "direction")
-        pairs = [
-            (getattr(a, name), getattr(b, name)) for a, b in zip(self.blocks, blocks, strict=True) for name in fixed
-        ]
-        if not all(np.array_equal(a, b) for a, b in pairs):
+        if not all(one.same_poses(other) for one, other in zip(self.blocks, blocks, strict=True)):
             return Problem(self.machine, blocks, self.tables)
         again = copy(self)
-        again.blocks, again.observed = blocks, np.concatenate([each.value for each in (*blocks, *self.tables)])
+        again.sources = [*blocks, *self.tables]
+        again.blocks, again.observed = blocks, np.concatenate([each.value for each in again.sources])
         return again
 
     def _with_bias(self, found: Solution, others: list[int]) -> Solution:
@@ -286,7 +283,7 @@ class Problem:
             return False
         square = [float(((each.residuals / more.sigmas) ** 2)[read].sum()) for each in (more, less)]
         ratio = (square[1] - square[0]) / (free[1] - free[0]) / (square[0] / free[0])
-        return scipy.stats.f.sf(max(ratio, 0), free[1] - free[0], free[0]) < SHOWN
+        return scipy.special.fdtrc(free[1] - free[0], free[0], max(ratio, 0.0)) < SHOWN
 
     def _told_apart(self) -> tuple[dict[str, list[str] | None], set[int]]:
         """Which unknowns the readings determine, given those before them, and which they do not.

@@ -69,6 +69,11 @@ class Readings:
     notes: tuple = ()  # sentences on the file
     doubts: tuple = ()  # and on what is wrong with it
 
+    def same_poses(self, other: Readings) -> bool:
+        """Whether other readings of the same rows were taken at the same joints, of the same points."""
+        names = ("joints", "reference", "target", "direction")
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
+
 
 Read = Readings | Positioning | dict[str, Value]  # what a file holds; the last is a test bar's
 

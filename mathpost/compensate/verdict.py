@@ -166,12 +166,12 @@ class _File:
         most, name = METHODS[self.block.method]["noise"], self.block.where
         if np.isinf(self.freedom):
             square = float((self.scaled**2).sum())
-            if scipy.stats.chi2.sf(square, max(self.free, 1e-9)) < CHANCE:
+            if scipy.special.chdtrc(max(self.free, 1e-9), square) < CHANCE:
                 times = np.sqrt(square / self.free)
                 yield f"{name}: readings scatter {times:.1f} times as much as the stated {1e3 * self.sigma:.2f} µm"
             return
         method = self.block.method
-        least = self.sigma * np.sqrt(self.freedom / scipy.stats.chi2.isf(CHANCE, self.freedom))
+        least = self.sigma * np.sqrt(self.freedom / scipy.special.chdtri(self.freedom, CHANCE))
         if 1e3 * least > most:
             said = f"readings scatter by {1e3 * self.sigma:.1f} µm, those of method {method} by {most} at most"
             yield f"{name}: {said}"
@@ -193,10 +193,10 @@ class _File:
             return []
         if np.isfinite(self.freedom):  # against the noise of the others
             rest = max(float((self.scaled**2).sum()) + self.known - square, 1e-6) / (free - 1)
-            chance = 2 * scipy.stats.t.sf(np.sqrt(square / rest), free - 1) * len(studentized)
+            chance = 2 * scipy.special.stdtr(free - 1, -np.sqrt(square / rest)) * len(studentized)
             less = np.sqrt(rest)
         else:
-            chance, less = 2 * scipy.stats.norm.sf(np.sqrt(square)) * len(studentized), 1.0
+            chance, less = 2 * scipy.special.ndtr(-np.sqrt(square)) * len(studentized), 1.0
         if chance > CHANCE:
             return []
         line, column = self.block.rows[row]
@@ -228,7 +228,7 @@ class _File:
         found, chance = statistics(self.scaled[:, None]), statistics(left)
         # The tail of the normal distribution with the moments of the draws: chances too small to be drawn.
         above = (found[:, 0] - chance.mean(axis=1)) / chance.std(axis=1)
-        if scipy.stats.norm.sf(above).min() * len(above) > CHANCE / 10:
+        if scipy.special.ndtr(-above).min() * len(above) > CHANCE / 10:
             return []
         return [
             f"{self.block.where}: what is left of the readings follows a pattern: something is not in the model"

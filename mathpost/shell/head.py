@@ -3,7 +3,7 @@
 import argparse
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from mathpost.measure.horizontal_head import VERTICAL, FittedHead, fit_head, lhy, lhyset, read_head
 from mathpost.shell.options import FILE, columns, vector
@@ -46,7 +46,7 @@ def _verdict(fitted: FittedHead, sigma: float | None) -> tuple[str, bool]:
     estimate, largest = fitted.estimate, 1e3 * np.abs(fitted.residuals).max()
     if sigma is None:
         return f"at most {largest:.1f} µm are left; whether that fits is not judged without --sigma", True
-    fits = bool(chi2.sf(estimate.spare * estimate.noise**2, estimate.spare) >= CHANCE)
+    fits = bool(scipy.special.chdtrc(estimate.spare, estimate.spare * estimate.noise**2) >= CHANCE)
     return (
         f"the vectors {'fit' if fits else 'do not fit'} an arm that turns: at most {largest:.1f} µm are left",
         fits,
