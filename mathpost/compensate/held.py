@@ -35,9 +35,9 @@ def tips(
     machine as it is if that is not `machine`, with which the control reckons.
     """
     numbers = [*geometry(real or machine), *np.moveaxis(named_point(machine, length), -1, 0)]
-    formulas = _compiled(tuple((each.name, each.carries) for each in machine.rotary))
-    tip, derivatives = (formula(*np.transpose(joints), *numbers, length) for formula in formulas)
-    return tip[..., 0], derivatives
+    formula = _compiled(tuple((each.name, each.carries) for each in machine.rotary))
+    found = formula(*np.transpose(joints), *numbers, length)
+    return found[..., 0], found[..., 1:]
 
 
 def geometry(machine: Machine) -> np.ndarray:
@@ -47,8 +47,11 @@ def geometry(machine: Machine) -> np.ndarray:
 
 
 @lru_cache(maxsize=32)
-def _compiled(axes: tuple[tuple[str, str], ...]) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """The formulas of all machines whose rotary axes have these names and sides: the numbers are arguments."""
+def _compiled(axes: tuple[tuple[str, str], ...]) -> Callable[..., np.ndarray]:
+    """Tip and derivatives, (n, 3, 27), of all machines whose rotary axes have these names and sides.
+
+    Their numbers are arguments.
+    """
     rotary = tuple(Rotary(name, carries, (1, 0, 0), (0, 0, 0)) for name, carries in axes)
     linear = tuple(Linear(name) for name in "XYZ")
     machine = Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0))
@@ -61,7 +64,4 @@ def _compiled(axes: tuple[tuple[str, str], ...]) -> tuple[Callable[..., np.ndarr
         own = [chain.product((link.matrix.diff(each), tip)) for each in arguments[:-1]]
         slopes = chain.product((link.matrix, slopes)) + sp.Matrix.hstack(*own)
         tip = chain.product((link.matrix, tip))
-    return (
-        numeric(sp.ImmutableMatrix(tip[:3, :]), arguments),
-        numeric(sp.ImmutableMatrix(slopes[:3, :]), arguments),
-    )
+    return numeric(sp.ImmutableMatrix.hstack(tip, slopes)[:3, :], arguments)
