@@ -116,7 +116,7 @@ class Calibration:
         lines.append(f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom")
         for name in self.values:
             each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
-            found = f"{size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
+            found = f"{size * each.value:z10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
             lines.append(f"{name:6s} {found} {each.free:>8s}")
         for axis in self.positioning:
             size, unit = (np.degrees(3600), "arcsec") if axis.joint > 2 else (1e3, "µm")

@@ -35,7 +35,7 @@ def tips(
     machine as it is if that is not `machine`, with which the control reckons.
     """
     numbers = [*geometry(real or machine), *np.moveaxis(named_point(machine, length), -1, 0)]
-    formula = _compiled(tuple((each.name, each.carries) for each in machine.rotary))
+    formula = _compiled(tuple(each.carries for each in machine.rotary))
     found = formula(*np.transpose(joints), *numbers, length)
     return found[..., 0], found[..., 1:]
 
@@ -46,13 +46,10 @@ def geometry(machine: Machine) -> np.ndarray:
     return np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis)])
 
 
-@lru_cache(maxsize=32)
-def _compiled(axes: tuple[tuple[str, str], ...]) -> Callable[..., np.ndarray]:
-    """Tip and derivatives, (n, 3, 27), of all machines whose rotary axes have these names and sides.
-
-    Their numbers are arguments.
-    """
-    rotary = tuple(Rotary(name, carries, (1, 0, 0), (0, 0, 0)) for name, carries in axes)
+@lru_cache(maxsize=8)
+def _compiled(carries: tuple[str, ...]) -> Callable[..., np.ndarray]:
+    """Tip and derivatives, (n, 3, 27), of all machines whose rotary axes carry these sides, by their numbers."""
+    rotary = tuple(Rotary(name, side, (1, 0, 0), (0, 0, 0)) for name, side in zip("AB", carries, strict=False))
     linear = tuple(Linear(name) for name in "XYZ")
     machine = Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0))
     kin = Kinematics(machine)
