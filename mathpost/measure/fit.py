@@ -24,6 +24,7 @@ from mathpost.measure import csv_table
 if TYPE_CHECKING:
     from mathpost.measure.csv_table import Table
 
+STEPS = 20  # of Gauss and Newton: where there is an answer, three or four do, and never more than a dozen
 SINGULAR = 1e-8  # of the greatest singular value: below it a combination of unknowns leaves no trace in readings
 SHARE = 1e-6  # of an unknown in such a combination, below which it is not part of it
 ENDLESS = 1e4  # degrees of freedom beyond which Student's t is the normal distribution in three digits
@@ -271,7 +272,7 @@ def least_squares(
     values to the predicted readings, shape (n,), and their derivatives, (n, unknowns).
     """
     x = start
-    for _ in range(50):
+    for _ in range(STEPS):
         predicted, derivatives = evaluate(x)
         jacobian = derivatives / sigmas[:, None]
         lengths = _lengths(jacobian)
