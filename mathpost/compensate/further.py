@@ -108,19 +108,7 @@ def _candidates(problem: Problem) -> Iterator[tuple[str, Change]]:
 
 def _repeated(block: Readings, times: int) -> Readings:
     """Each reading of a file several times."""
-    reference = None if block.reference is None else np.repeat(block.reference, times, axis=0)
-    return replace(
-        block,
-        joints=np.repeat(block.joints, times, axis=0),
-        believed=np.repeat(block.believed, times, axis=0),
-        reference=reference,
-        target=np.repeat(block.target, times, axis=0),
-        direction=np.repeat(block.direction, times, axis=0),
-        length=np.repeat(block.length, times),
-        value=np.repeat(block.value, times),
-        setup=np.repeat(block.setup, times),
-        order=np.repeat(block.order, times),
-    )
+    return block.at(np.repeat(np.arange(len(block.value)), times))
 
 
 def _all_three(block: Readings) -> Readings:

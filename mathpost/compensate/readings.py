@@ -69,6 +69,13 @@ class Readings:
     notes: tuple = ()  # sentences on the file
     doubts: tuple = ()  # and on what is wrong with it
 
+    def at(self, index: np.ndarray) -> Readings:
+        """The readings at these places, shape (m,), of the n."""
+        names = ("joints", "believed", "reference", "target", "direction", "length", "value", "setup", "order")
+        arrays = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        rows = tuple(self.rows[n] for n in index.tolist())
+        return replace(self, rows=rows, **{name: array[index] for name, array in arrays.items()})
+
     def same_poses(self, other: Readings) -> bool:
         """Whether other readings of the same rows were taken at the same joints, of the same points."""
         names = ("joints", "reference", "target", "direction")

@@ -31,7 +31,8 @@ DECISIVE = 20.0  # twice the logarithm of the odds, 20,000 to 1, by which a caus
 BETTER = 3  # times less noise, by which one is named although what it leaves does not fit either
 INCH = 25.4
 FILES = 3  # of those that do not fit, in which a cause is sought
-TRIED = 3  # causes that are estimated in full
+MOST = 1000  # readings of a file with which causes are tried
+TRIED = 3  # causes that are estimated in full, with all readings
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ def causes(
     named = [n for n in blocks if any(str(paths[n]) in doubt for doubt in doubts)][:FILES]
     sets = list(dict.fromkeys([tuple(blocks), *((n,) for n in named)]))
     noise = [_noise(each, found) for each in blocks.values()]
-    problem = Problem(machine, list(blocks.values()), [each for each in read if isinstance(each, Positioning)])
+    some = [_some(each) for each in blocks.values()]
+    problem = Problem(machine, some, [each for each in read if isinstance(each, Positioning)])
     before = problem.misfit(noise)
     tables = {n: files.read_table(paths[n], machine, **settings) for n in blocks}
     tried = [each for own in sets for each in _tried(problem, read, {n: tables[n] for n in own}, noise)]
@@ -72,6 +74,12 @@ def causes(
         if _better(mended, found, each):
             likely.setdefault(each.words, (each, mended))
     return _sentences(list(likely.values()), found)
+
+
+def _some(block: Readings) -> Readings:
+    """At most `MOST` of a file's readings, evenly from its first to its last."""
+    count = len(block.value)
+    return block if count <= MOST else block.at(np.linspace(0, count - 1, MOST).astype(int))
 
 
 def _noise(block: Readings, found: Calibration | None) -> float:
@@ -98,7 +106,7 @@ def _tried(
                     break
         if changed:
             with suppress(MathpostError):
-                again = problem.read_again([each for each in mended if isinstance(each, Readings)])
+                again = problem.read_again([_some(each) for each in mended if isinstance(each, Readings)])
                 yield Cause(words, tuple(changed), tuple(mended), again.misfit(noise))
 
 

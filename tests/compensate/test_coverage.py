@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine as machines
+from mathpost.compensate import readings, suspect
 from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
 from tests.compensate import simulated
@@ -55,6 +56,24 @@ def test_the_likely_cause_is_named(changes, cause, tmp_path):
     machine = Simulated("table", np.random.default_rng(3))
     found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), change=_change(**changes)))
     assert not found.fits and f"likely cause: {cause}" in found.doubts[-1]
+
+
+def test_the_cause_in_a_long_file_is_sought_in_readings_from_its_first_to_its_last(tmp_path):
+    def negated(columns):
+        return _change(A="-A")({name: np.repeat(column, 12) for name, column in columns.items()})
+
+    (tmp_path / "machine.toml").write_text(simulated.toml("table"), encoding="utf-8")
+    machine, path = machines.load(tmp_path / "machine.toml"), tmp_path / "long.csv"
+    path.write_text(
+        simulated.ball(Simulated("table", np.random.default_rng(3)), np.random.default_rng(4), change=negated),
+        encoding="utf-8",
+    )
+    whole = readings.read(path, machine)
+    some = suspect._some(whole)
+    assert len(whole.value) > len(some.value) == suspect.MOST == len(set(some.rows))
+    assert (some.order[0], some.order[-1]) == (0, 1) and {name for _, name in some.rows} == {"ex", "ey", "ez"}
+    assert all(some.value[n] == whole.value[whole.rows.index(row)] for n, row in enumerate(some.rows))
+    assert "likely cause: the sign of A" in calibrate(machine, [path]).doubts[-1]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -199,6 +199,24 @@ def plain(method):
     )
 
 
+@pytest.fixture(scope="module")
+def with_travel(tmp_path_factory):
+    """The machine that was read, with travel of A."""
+    path = tmp_path_factory.mktemp("machine") / "machine.toml"
+    limits = simulated.toml("table").replace('"A"\n', '"A"\nlimits = [-120, 120]\n', 1)
+    path.write_text(limits, encoding="utf-8")
+    return machines.load(path)
+
+
+@pytest.fixture(scope="module", params=BASES)
+def base(request, with_travel, tmp_path_factory):
+    """The plain file of a method, and the numbers that are found in it."""
+    content = plain(request.param)
+    right, nothing = outcome(content, with_travel, tmp_path_factory.mktemp("plain") / "plain.csv")
+    assert nothing == ""
+    return content, right
+
+
 def outcome(content, machine, path):
     """The numbers that were found, and whether the file was refused, doubted or remarked upon."""
     path.write_bytes(content.encode("utf-8"))
@@ -211,16 +229,10 @@ def outcome(content, machine, path):
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("base", BASES)
-def test_read_right_refused_or_doubted(base, form, tmp_path):
-    path = tmp_path / "machine.toml"
-    limits = simulated.toml("table").replace('"A"\n', '"A"\nlimits = [-120, 120]\n', 1)
-    path.write_text(limits, encoding="utf-8")
-    machine = machines.load(path)
-    right, nothing = outcome(plain(base), machine, tmp_path / "plain.csv")
-    assert nothing == ""
+def test_read_right_refused_or_doubted(base, form, with_travel, tmp_path):
+    content, right = base
     change, expected = FORMS[form]
-    numbers, said = outcome(change(plain(base)), machine, tmp_path / "odd.csv")
+    numbers, said = outcome(change(content), with_travel, tmp_path / "odd.csv")
     if expected == "right":
         assert said == "" and numbers == pytest.approx(right, abs=1e-9)
     else:
