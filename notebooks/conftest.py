@@ -7,6 +7,7 @@ import pytest
 from nbval.plugin import IPyNbCell, IPyNbFile
 
 from mathpost.classroom.lessons import same, without_views
+from tests import kernels
 
 # A number in markdown, and behind it, where readers do not see it, what it was measured by and how it is printed:
 # leans by 4.4°<!-- np.degrees(lean) .1f -->
@@ -82,3 +83,4 @@ def _collect(file, cells=IPyNbFile.collect):
 _sanitize = IPyNbCell.sanitize
 IPyNbCell.sanitize = lambda cell, text: TolerantText(without_views(str(_sanitize(cell, text))))
 IPyNbFile.collect = _collect
+kernels.fork()
