@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
@@ -21,7 +20,7 @@ BODY = 5.0  # mm, assumed: the radius of the tool's body,
 LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
 MANY_POINTS = 5000  # that the body of the tool is held against one by one
 STILL = 1e-3  # mm or degrees; an axis that moves less moves by its printed digits
-SAMPLE = 200  # lines that a box is asked for first
+TRIES = 3  # steps towards the place from which the tool is deepest in a line
 TOGETHER = 4096  # lines times directions that are tried at once
 ABOVE = 0.01  # mm above the tip, where the body of the tool begins: what it slides over does not count
 AROUND = 32  # directions about the tool axis,
@@ -89,9 +88,9 @@ def may_be_rapid(kin: Kinematics, joints: np.ndarray, rows: np.ndarray, lines: n
         of_lines = kin.close(lines, np.broadcast_to(angles, (*lines.shape[:2], len(angles))))[..., :3]
         lowest = (ends @ body.axis).mean(axis=0) - np.abs(ends[1] - ends[0]) @ np.abs(body.axis) / 2
         found[moves] = lowest + ABOVE > (of_lines @ body.axis).max(initial=-np.inf)
-        below = np.flatnonzero(~found[moves])
-        below = below[~body.surely_meets(ends[:, below], of_lines)]
-        for move, near in zip(below, body.near(ends[:, below], of_lines), strict=True):
+        boxes = of_lines.min(axis=0).T.copy(), of_lines.max(axis=0).T.copy()
+        for move in np.flatnonzero(~found[moves]):
+            near = body.near(ends[:, move], *boxes)
             found[moves[move]] = body.clear(ends[:, move], of_lines[:, near])
     return found
 
@@ -107,44 +106,47 @@ class _Body:
         across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
         across /= np.linalg.norm(across)
         turn = np.arange(AROUND)[:, None] * 2 * np.pi / AROUND
-        self.plane = np.array([across, np.cross(axis, across)])
-        around = np.cos(turn) * self.plane[0] + np.sin(turn) * self.plane[1]
+        around = np.cos(turn) * across + np.sin(turn) * np.cross(axis, across)
         height = 1 - (2 * np.arange(EVENLY) + 1) / EVENLY
         turn = np.pi * (1 + np.sqrt(5)) * np.arange(EVENLY)  # a Fibonacci lattice on the sphere
         evenly = np.stack([np.cos(turn), np.sin(turn), height], axis=1)
         evenly[:, :2] *= np.sqrt(1 - height**2)[:, None]
-        self.directions = np.concatenate([[-axis, axis], np.eye(3), -np.eye(3), around, evenly])
-        along = self.directions @ axis
-        self.reach = np.maximum(ABOVE * along, length * along) + BODY * np.sqrt(np.maximum(1 - along**2, 0))
+        self.directions = np.concatenate([[-axis, axis], around, evenly])
+        self.length = length
+        self.reach = self._reach(self.directions)
 
-    def surely_meets(self, ends: np.ndarray, lines: np.ndarray) -> np.ndarray:
-        """Whether 1 mm above the tip the body can be on one of a sample of lines; boxes between ends (2, m, 3)."""
-        middles, halves = ends.mean(axis=0), np.abs(ends[1] - ends[0]) / 2
-        found = np.zeros(len(middles), bool)
-        for point in lines[0, :: 1 + lines.shape[1] // SAMPLE] - self.axis:
-            found |= (np.abs(point - middles) <= halves).all(axis=1)
+    def _reach(self, directions: np.ndarray) -> np.ndarray:
+        """How far the body reaches from the tip in some directions, (n, 3); shape (n,)."""
+        along = directions @ self.axis
+        across = BODY * np.sqrt(np.maximum(1 - along**2, 0))
+        return np.maximum(ABOVE * along, self.length * along) + across
+
+    def near(self, ends: np.ndarray, least: np.ndarray, greatest: np.ndarray) -> np.ndarray:
+        """Which lines may meet the body in the box between two ends, (2, 3), by their own boxes, (3, k) each."""
+        low = ends.min(axis=0) - self._reach(-np.eye(3))
+        high = ends.max(axis=0) + self._reach(np.eye(3))
+        found = np.arange(least.shape[1])
+        for axis in range(3):
+            found = found[(least[axis, found] <= high[axis]) & (greatest[axis, found] >= low[axis])]
         return found
 
-    def near(self, ends: np.ndarray, lines: np.ndarray) -> list[np.ndarray]:
-        """Return which lines, (2, k, 3), may meet the body in each of the boxes between ends (2, m, 3).
-
-        They are looked at along the axis, and sought by their middles, those of about the same length together.
-        """
-        boxes, halves = ends.mean(axis=0) @ self.plane.T, np.abs(ends[1] - ends[0]) / 2
-        wide = (halves @ np.abs(self.plane).T).max(axis=1) + BODY
-        flat = lines @ self.plane.T
-        middles, half = flat.mean(axis=0), np.abs(flat[1] - flat[0]).max(axis=1) / 2
-        size = np.frexp(half)[1]  # half a line is shorter than two to the power of it
-        found: list[list[np.ndarray]] = [[] for _ in boxes]
-        for power in np.unique(size) if len(boxes) else ():
-            same = np.flatnonzero(size == power)
-            reached = cKDTree(middles[same]).query_ball_point(boxes, wide + 2.0**power, p=np.inf)
-            for some, of_box in zip(reached, found, strict=True):
-                of_box.append(same[some])
-        return [np.sort(np.concatenate(some)) if some else np.empty(0, int) for some in found]
+    def surely_meets(self, ends: np.ndarray, lines: np.ndarray) -> bool:
+        """Whether the body, somewhere in the box, has an end or the middle of a line inside; not all are found."""
+        points = np.concatenate([*lines, lines.mean(axis=0)])
+        tips = ends.mean(axis=0)
+        for _ in range(TRIES):  # from the point down the axis, and into the box
+            along = np.clip((points - tips) @ self.axis, ABOVE, self.length)
+            tips = np.clip(points - along[:, None] * self.axis, ends.min(axis=0), ends.max(axis=0))
+        off = points - tips
+        along = off @ self.axis
+        beside = np.vecdot(off, off) - along**2
+        inside = (along > 2 * ABOVE) & (along < self.length - ABOVE) & (beside < (BODY - ABOVE) ** 2)
+        return bool(inside.any())
 
     def clear(self, ends: np.ndarray, lines: np.ndarray) -> bool:
         """Whether no line, (2, k, 3), meets the body anywhere in the box of slides between two ends, (2, 3)."""
+        if self.surely_meets(ends, lines):
+            return False
         middle, half = ends.mean(axis=0), np.abs(ends[1] - ends[0]) / 2
         most = np.abs(self.directions) @ half + self.reach  # of box and body together, in each direction
         tried = 0
