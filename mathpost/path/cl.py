@@ -123,7 +123,7 @@ def commands(remarks: Iterable[Remark], kind: str) -> list[tuple[int, Command]]:
 
 def feed_times(tips: np.ndarray, feeds: np.ndarray) -> np.ndarray:
     """Seconds that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
-    lengths = np.empty(len(tips) - 1)
+    lengths = np.empty(max(len(tips) - 1, 0))
     for moves in slices(lengths.shape):
         lengths[moves] = np.linalg.norm(np.diff(tips[moves.start : moves.stop + 1], axis=0), axis=1)
     return 60 * lengths / feeds

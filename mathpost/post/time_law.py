@@ -157,7 +157,7 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
     asks, and a block that states its time at least that time. With TCP, where only rotary axes turn, F may be
     degrees per minute.
     """
-    joints, seconds = joints_of(kin, blocks), np.empty(len(blocks.words) - 1)
+    joints, seconds = joints_of(kin, blocks), np.empty(max(len(blocks.words) - 1, 0))
     for moves in slices(seconds.shape):
         poses = slice(moves.start, moves.stop + 1)
         seconds[moves] = _asked_by(kin, blocks[poses], joints[poses], control)
