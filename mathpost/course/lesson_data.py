@@ -14,7 +14,6 @@ from mathpost import machine
 from mathpost.files import data_file
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from mathpost.post import selection
 
 if TYPE_CHECKING:
     from mathpost.path.cl import CLData
@@ -61,4 +60,6 @@ def with_axis(kin: Kinematics, **how: Any) -> Kinematics:
 
 def largest_swing(kin: Kinematics) -> float:
     """Return how far C turns at most from one record of the blade to the next, degrees."""
+    from mathpost.post import selection  # slow to load, and most lessons do not choose
+
     return np.abs(np.degrees(np.diff(selection.choose(kin, blade()).joints[:, 4]))).max()

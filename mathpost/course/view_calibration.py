@@ -10,7 +10,8 @@ import sympy as sp
 
 from mathpost.compensate.compensation import Compensator, total_differential
 from mathpost.draw import plot
-from mathpost.draw.live import Live, Moving, printed, recorded, slider, subplots
+from mathpost.draw.curves import Moving, printed, recorded, subplots
+from mathpost.draw.live import Live, slider
 from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
 from mathpost.measure.fit import Measurement, coverage_factor
 

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost import codegen
-from mathpost.draw import plot, scene
+from mathpost.draw import scene
 from mathpost.draw.arrangement import Arrangement, placing
+from mathpost.draw.colours import COLOUR
 from mathpost.draw.live import Live, Slider, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, put, ring
@@ -57,7 +58,7 @@ def tool_axis(kin: Kinematics) -> Live:
     tip = kin.forward(made.home)[0]
     both = kin.inverse(tip, axis)
     named = zip(BRANCHES, map(placing(kin.machine), both), strict=True)
-    pair = [replace(framed, title=name, colour=plot.COLOUR[name], places=at) for name, at in named]
+    pair = [replace(framed, title=name, colour=COLOUR[name], places=at) for name, at in named]
     joint = about["names"][about["tool_side"]]
     limits: dict[float, list[str]] = {}
     for limit in about["limits"][about["tool_side"]]:
@@ -109,7 +110,7 @@ def walk(
             rings = np.concatenate(solid.rings)
             drawn.extent = np.concatenate([put(placing(each.machine)(q)["workpiece"], rings) for q in blocks])
         _, drawn = scene.best(each, drawn, here[None], aspect=0.9)
-        drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
+        drawn.lines.append(Line("workpiece", [], COLOUR["tool"], 1.8, name="true tip"))
         at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
         if not scenes:  # the buttons are for the first machine
@@ -165,13 +166,13 @@ def _sphere(kin: Kinematics, axis: np.ndarray) -> Scene:
     turn = np.linspace(-np.pi / 2, np.pi / 2, 19)
     ball = Turned("bed", "#eef1f4", list(zip(np.cos(turn), np.sin(turn), strict=True)), np.zeros(3), np.eye(3)[2])
     drawn = Scene([ball], extent=1.25 * np.concatenate([np.eye(3), -np.eye(3)]))
-    drawn.triad("bed", "xyz", length=1.25, colour=plot.COLOUR["workpiece"])
+    drawn.triad("bed", "xyz", length=1.25, colour=COLOUR["workpiece"])
     pole, (near, far) = np.array(kin.inverse_symbolic.pole, dtype=float), kin.reach
     for end, inwards in ((near, 1), (far, -1)):
         drawn.lines.append(Line("bed", [1.004 * _circle(pole, end + inwards * np.radians(5))], "#b59a00", 1.6))
         if 1e-9 < end < np.pi - 1e-9:
             drawn.lines.append(Line("bed", [1.004 * _circle(pole, end)], "#000000", 1.4, dash=True))
-    drawn.lines.append(Line("bed", [[np.zeros(3), axis]], plot.COLOUR["tool"], 3.0, name="tool", dot=True))
+    drawn.lines.append(Line("bed", [[np.zeros(3), axis]], COLOUR["tool"], 3.0, name="tool", dot=True))
     return drawn.frame(*scene.CAMERAS[0], aspect=0.8)
 
 

@@ -10,7 +10,8 @@ import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.live import Button, Live, Moving, TextLine, formula, printed, recorded, slider, subplots
+from mathpost.draw.curves import Moving, printed, recorded, subplots
+from mathpost.draw.live import Button, Live, TextLine, formula, slider
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.errors import InputError
 from mathpost.path.deviation import from_arc, strays

@@ -10,8 +10,9 @@ import sympy as sp
 
 from mathpost import chain, euler
 from mathpost.detective.misreadings import COMMON
-from mathpost.draw import plot, solid
-from mathpost.draw.live import Live, Moving, TextLine, formula, printed, slider, subplots
+from mathpost.draw import solid
+from mathpost.draw.colours import COLOUR
+from mathpost.draw.live import Live, TextLine, formula, slider
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, Turned, block
 from mathpost.plane import positioning
@@ -24,10 +25,10 @@ if TYPE_CHECKING:
     from mathpost.frame import Frame
     from mathpost.machine import Machine
 
-_MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
-_AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of rotation; line of nodes
+_MACHINE, _WORKPIECE, _TOOL = (COLOUR[role] for role in ("machine", "workpiece", "tool"))
+_AXIS, _NODES = COLOUR["first branch"], COLOUR["second branch"]  # of rotation; line of nodes
 _PART = "#8fc0dd"
-_ARCS = (plot.COLOUR["tool side"], _NODES, plot.COLOUR["workpiece side"])  # of I, J and K
+_ARCS = (COLOUR["tool side"], _NODES, COLOUR["workpiece side"])  # of I, J and K
 _UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 _NAMES = ("X", "Y", "Z", "X'", "Y'", "Z'")
@@ -188,6 +189,12 @@ def third_angle(
     feature's. Both are right only if the spindle's X is the feature's. Buttons choose between the two positions
     of the rotary axes; it starts with that of `seq`. Lengths in mm, angles in degrees.
     """
+    from mathpost.draw.curves import (  # loads matplotlib, which views of scenes do not need
+        Moving,
+        printed,
+        subplots,
+    )
+
     alignment = align(Plane("G68.2", np.array([i, j, 0.0])).frame, machine)
     both = [positioning.heidenhain(alignment, (0, 0), seq=sign) for sign in "+-"]
     name = machine.rotary[alignment.tool_side].name
@@ -237,6 +244,8 @@ def misreadings_apart(point: Sequence[float], names: Sequence[str]) -> Live:
     `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. Where a bar vanishes, the
     angles cannot reveal that misreading.
     """
+    from mathpost.draw.curves import printed, subplots  # loads matplotlib, which views of scenes do not need
+
     symbols, at = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
     figure, panel = subplots()
     panel.set(xlim=(0, 2 * float(at.norm())), ylim=(len(names) - 0.5, -0.5))
@@ -246,7 +255,7 @@ def misreadings_apart(point: Sequence[float], names: Sequence[str]) -> Live:
         order, signs = COMMON[name]
         first, second, third = (PASSIVE["ZXZ"[n]](signs[n] * symbols[n]) for n in order)
         distances.append(length := ((first * second * third - zxz_right(*symbols)) * at).norm())
-        (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
+        (bar,) = panel.fill([], [], color=COLOUR["tool"])
         bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
     start = zip(symbols, (135.0, 55.0, -90.0), strict=True)
     sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]

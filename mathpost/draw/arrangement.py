@@ -19,8 +19,8 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from mathpost import chain
+from mathpost.draw.colours import COLOUR
 from mathpost.draw.part import BLADE_COLOUR, Part
-from mathpost.draw.plot import COLOUR
 from mathpost.draw.solid import Hull, Lofted, Profile, Solid, Turned, block, put, ring
 from mathpost.formula import numeric
 from mathpost.rotation import unit

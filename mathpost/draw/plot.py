@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
 
+from mathpost.draw.colours import COLOUR, STYLE
 from mathpost.draw.described import describe
 from mathpost.path.deviation import true_tip
 from mathpost.rotation import unit
@@ -27,30 +28,6 @@ if TYPE_CHECKING:
     from mathpost.measure.cutter import Cutter
     from mathpost.measure.spline import Curve
     from mathpost.workbook.report import FileReport
-
-# Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
-ROLES = {
-    "machine": ("#7f7f7f", "-"),
-    "workpiece": ("#0072b2", "-"),
-    "tool": ("#d55e00", "-"),
-    "workpiece side": ("#56b4e9", "-"),
-    "tool side": ("#e69f00", "--"),
-    "first branch": ("#009e73", "-"),
-    "second branch": ("#cc79a7", "--"),
-    "published": ("#000000", ":"),
-    "optimal": ("#e69f00", "-"),
-    "shortest": ("#56b4e9", "-."),
-    "paper": ("#000000", ":"),
-    "kept": ("#d55e00", "--"),
-    "forbidden": ("#f0e442", "-"),
-    "direct": ("#332288", "-"),
-    "linear": ("#882255", "--"),
-    "cubic": ("#44aa99", "-"),
-    "cubic lifted": ("#117733", "--"),
-    "aside": ("#999933", ":"),
-    "retract": ("#aa4499", "-."),
-}
-COLOUR, STYLE = ({role: look[n] for role, look in ROLES.items()} for n in (0, 1))
 
 
 def figure(

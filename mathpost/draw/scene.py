@@ -16,8 +16,8 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from mathpost.draw.arrangement import Arrangement, arrange, placing
+from mathpost.draw.colours import COLOUR
 from mathpost.draw.picture import View, camera
-from mathpost.draw.plot import COLOUR
 from mathpost.draw.solid import Solid, put
 from mathpost.rotation import unit
 

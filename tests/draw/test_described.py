@@ -6,8 +6,9 @@ import sympy as sp
 from IPython.lib.pretty import pretty
 
 from mathpost.draw import plot
+from mathpost.draw.curves import printed, recorded, subplots
 from mathpost.draw.described import describe
-from mathpost.draw.live import formula, printed, recorded, slider, subplots
+from mathpost.draw.live import formula, slider
 from mathpost.draw.scene import Scene
 from mathpost.draw.solid import Hull, block
 from mathpost.rotation import ACTIVE
