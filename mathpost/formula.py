@@ -61,7 +61,8 @@ def numeric(
     # Sorting the terms and printing everything again as a docstring would take as long as all the rest.
     printer = NumPyPrinter({"fully_qualified_modules": False, "inline": True, "order": "none"})
     common = partial(shared, named=named)
-    compiled = sp.lambdify(arguments, entries, "numpy", printer, cse=common, use_imps=False, docstring_limit=0)
+    # A dict: by its name sympy would run "from numpy import *", which loads all of it, a reader of Fortran too.
+    compiled = sp.lambdify(arguments, entries, vars(np), printer, cse=common, use_imps=False, docstring_limit=0)
 
     def evaluate(*values: ArrayLike) -> np.ndarray:
         arrays: Sequence[np.ndarray] = [np.asarray(value, dtype=float) for value in values]

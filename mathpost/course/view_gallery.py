@@ -102,9 +102,9 @@ def _side_by_side(
         at = kin.forward(made.home)[0] if tip is None else tip
         turned = dict(zip((derived.workpiece_side, derived.tool_side), turns(kin), strict=True))
         at_tip = dict(zip(derived.tip, at, strict=True))
-        slides = [coordinate.subs(at_tip).subs(turned) for coordinate in derived.linear]
+        slides = [coordinate.xreplace(at_tip | turned) for coordinate in derived.linear]
         joints = dict(zip(kin.symbols, slides, strict=False)) | turned
-        places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
+        places |= {f"{number} {name}": matrix.xreplace(joints) for name, matrix in chain.bodies(model)}
         angles = beginning if kin.workpiece_side < kin.tool_side else beginning[::-1]
         first = np.array([float(each) for each in kin.forward(made.home)[0]])
         begin = kin.close(first, np.radians(angles))
@@ -121,7 +121,7 @@ def _side_by_side(
         if tip is None:
             before, *axes = text.pop() if number % 2 else ("",)  # two machines in a line
             line = f"{before}{'; ' * bool(before)}{number + 1} {model.name}: n = ({{:4}}, {{:4}}, {{:4}})"
-            text.append((line, *axes, *kin.forward_symbolic()[:3, 2].subs(turned)))
+            text.append((line, *axes, *kin.forward_symbolic()[:3, 2].xreplace(turned)))
         else:
             shown = [joints[symbol] * (1 if n < 3 else _DEGREES) for n, symbol in enumerate(kin.symbols)]
             words = " ".join(f"{symbol}{{:1}}" for symbol in kin.symbols)

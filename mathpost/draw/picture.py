@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 FINE = 2  # oversampling
 HIDDEN = 0.35  # opacity of a line behind a solid
+BACKGROUND = np.full((256, 3), 243, dtype=np.uint8)
 
 
 def camera(azimuth: float, elevation: float) -> np.ndarray:
@@ -43,41 +44,32 @@ class View:
     def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the number of the solid seen in each pixel (−1: none), its lightness and its depth."""
         width, height = self.size
-        depth, light = np.full((height, width), -np.inf), np.zeros((height, width))
-        solid = np.full((height, width), -1)
-        columns, rows = np.arange(width) + 0.5, np.arange(height)[:, None] + 0.5
+        solid, light, depth = (
+            np.full(width * height, -1),
+            np.zeros(width * height),
+            np.full(width * height, -np.inf),
+        )
         for number, each in enumerate(self.scene.solids):
             triangles, normals = each.surface
             corners = self.pixels(each.body, triangles)
+            (ax, ay), (bx, by) = (corners[:, end, :2].T - corners[:, 0, :2].T for end in (1, 2))
+            front = ax * by - ay * bx < -1e-12  # rows count downwards
+            corners, normals = corners[front], normals[front]
             shade = _light(normals @ self.scene.places[each.body][:3, :3].T @ self.camera.T)
-            (x0, y0, _), (x1, y1, _), (x2, y2, _) = np.moveaxis(corners, (1, 2), (0, 1))
-            area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-            low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5), 0, self.size).astype(int)
-            high = np.clip(np.floor(corners[..., :2].max(axis=1) + 0.5), 0, self.size).astype(int)
-            front = (area < -1e-12) & (high > low).all(axis=1)
-            numbers = (numbers[front].tolist() for numbers in (corners, shade, area, low, high))
-            for points, (s0, s1, s2), area, (left, top), (right, bottom) in zip(*numbers, strict=True):
-                (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = points
-                x, y = columns[left:right], rows[top:bottom]
-                b = ((x - x0) * (y2 - y0) - (y - y0) * (x2 - x0)) / area
-                c = ((y - y0) * (x1 - x0) - (x - x0) * (y1 - y0)) / area
-                z = z0 + b * (z1 - z0) + c * (z2 - z0)
-                window = slice(top, bottom), slice(left, right)
-                inside = (b >= 0) & (c >= 0) & (b + c <= 1) & (z > depth[window])
-                np.copyto(depth[window], z, where=inside)
-                np.copyto(light[window], s0 + b * (s1 - s0) + c * (s2 - s0), where=inside)
-                np.copyto(solid[window], number, where=inside)
-        return solid, light, depth
+            pixels, z, lightness = filled(corners, shade, self.size)
+            nearer = z > depth[pixels]
+            pixels, z, lightness = pixels[nearer], z[nearer], lightness[nearer]
+            np.maximum.at(depth, pixels, z)  # a pixel may be in several triangles
+            seen = z == depth[pixels]
+            solid[pixels[seen]] = number
+            light[pixels[seen]] = lightness[seen]
+        return solid.reshape(height, width), light.reshape(height, width), depth.reshape(height, width)
 
     def draw(self) -> Image.Image:
         """Return the picture, a PIL image."""
         solid, light, depth = self.seen()
-        colours = np.array([ImageColor.getrgb(each.colour) for each in self.scene.solids] or [(0, 0, 0)])
-        shine = np.maximum(light - 200, 0)[..., None] / 90
-        dim = np.minimum(light / 200, 1)[..., None]
-        rgb = colours[solid] * dim * (1 - shine) + 255 * shine + (1 - dim) * [0, 10, 20]
-        rgb = np.where(solid[..., None] < 0, 243, np.clip(rgb, 0, 255))
-        picture = Image.fromarray(rgb.astype(np.uint8))
+        shades = [_shades(ImageColor.getrgb(each.colour)) for each in self.scene.solids]
+        picture = Image.fromarray(np.array([*shades, BACKGROUND])[solid, light.astype(int)])
         ink = ImageDraw.Draw(picture)
         for line in self.scene.lines:
             for part in line.parts:
@@ -112,13 +104,59 @@ class View:
             )
 
 
+def filled(corners: np.ndarray, shade: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the pixels whose middles are in triangles, and depth and lightness there, three arrays.
+
+    `corners`, shape (n, 3, 3), are those of `View.pixels`, `shade`, shape (n, 3), is the lightness at each. A pixel
+    is a number, row by row; it comes once for each triangle.
+    """
+    x, y, z = np.moveaxis(corners, 2, 0)
+    # In a triangle the shares of its corners are linear: inverse @ (1, x, y), and none is below 0.
+    inverse = np.linalg.inv(np.stack([np.ones_like(x), x, y], axis=1))
+    values = np.stack([z, shade], axis=1) @ inverse
+    top = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, size[1]).astype(int)
+    bottom = np.clip(np.floor(y.max(axis=1) + 0.5), 0, size[1]).astype(int)
+    # Each row of each triangle: it begins and ends where a share is 0.
+    triangle, row = _runs(top, bottom)
+    level, slope = inverse[triangle, :, 0] + inverse[triangle, :, 2] * (row[:, None] + 0.5), inverse[triangle, :, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        zero = -level / slope
+    left = np.where(slope > 0, zero, -np.inf).max(axis=1, initial=-1)
+    right = np.where(slope < 0, zero, np.inf).min(axis=1, initial=size[0] + 1)
+    run, column = _runs(
+        np.ceil(left.clip(0) - 0.5).astype(int), np.floor(right.clip(max=size[0]) + 0.5).astype(int)
+    )
+    # Each pixel of each row.
+    begin = values[triangle, :, 0] + values[triangle, :, 2] * (row[:, None] + 0.5)
+    step = values[triangle, :, 1]
+    depth, light = (begin[run, k] + step[run, k] * (column + 0.5) for k in (0, 1))
+    return row[run] * size[0] + column, depth, light
+
+
+def _runs(first: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers from each `first` to before its `end`, one after the other, and behind which pair each is."""
+    count = np.maximum(end - first, 0)
+    pair = np.repeat(np.arange(len(count)), count)
+    return pair, np.arange(count.sum()) + np.repeat(first - (np.cumsum(count) - count), count)
+
+
 def _light(normals: np.ndarray) -> np.ndarray:
     """Lightness, 1 to 254, by normals in the camera's view: soft from above, some from the right, a highlight."""
     right, up, near = np.moveaxis(normals, -1, 0)
     light = np.maximum(-0.45 * right + 0.7 * up + 0.55 * near, 0)
     back = np.maximum(0.8 * right - 0.2 * up, 0)
-    gloss = np.maximum(-0.26 * right + 0.48 * up + 0.84 * near, 0) ** 24
-    return np.minimum(1 + 200 * (0.6 + 0.42 * light + 0.1 * back) + 40 * gloss, 254)
+    gloss = np.maximum(-0.26 * right + 0.48 * up + 0.84 * near, 0)
+    for _ in range(3):
+        gloss = gloss * gloss  # to the power of 24: NumPy is slow at powers above 2
+    return np.minimum(1 + 200 * (0.6 + 0.42 * light + 0.1 * back) + 40 * gloss * gloss * gloss, 254)
+
+
+def _shades(colour: tuple[int, ...]) -> np.ndarray:
+    """The 256 shades of a colour, bytes of shape (256, 3): cool in the shadow, white in the highlight."""
+    light = np.arange(256)[:, None]
+    shine, dim = np.maximum(light - 200, 0) / 90, np.minimum(light / 200, 1)
+    rgb = np.array(colour) * dim * (1 - shine) + 255 * shine + (1 - dim) * [0, 10, 20]
+    return np.clip(rgb, 0, 255).astype(np.uint8)
 
 
 def png(scenes: Sequence[Scene], size: tuple[int, int], columns: int) -> bytes:

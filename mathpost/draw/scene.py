@@ -101,9 +101,10 @@ class Scene:
 
     def frame(self, azimuth: float, elevation: float, *, aspect: float = 1.2) -> Scene:
         """Return the scene seen by this camera, its `extent` just inside a window of `aspect` (width to height)."""
-        seen = self.extent @ camera(azimuth, elevation).T
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        middle = [*(low + high)[:2] / 2, seen[:, 2].mean()] @ camera(azimuth, elevation)
+        view = camera(azimuth, elevation)
+        seen = view @ self.extent.T
+        low, high = seen.min(axis=1), seen.max(axis=1)
+        middle = [*(low + high)[:2] / 2, seen[2].mean()] @ view
         radius = 0.53 * max(high[1] - low[1], (high[0] - low[0]) / aspect)
         return replace(self, azimuth=azimuth, elevation=elevation, middle=middle, radius=radius)
 

@@ -58,7 +58,8 @@ class Turned(Solid):
         return {"profile": profile, "from": _short(self.origin), "along": _short(self.along, 9)}
 
     def triangles(self) -> np.ndarray:
-        return _between([ring(self.origin + h * self.along, self.along, r, SIDES) for r, h in self.profile])
+        radius, height = np.array(self.profile, dtype=float).T[..., None, None]
+        return _between(self.origin + height * self.along + radius * ring(np.zeros(3), self.along, 1.0, SIDES))
 
 
 @dataclass
@@ -85,8 +86,9 @@ class Hull(Solid):
     colour: str
     points: np.ndarray
 
+    @cached_property
     def faces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the vertices of the hull, shape (m, 3), and its triangles as their numbers, shape (n, 3)."""
+        """The vertices of the hull, shape (m, 3), and its triangles as their numbers, shape (n, 3)."""
         hull = scipy.spatial.ConvexHull(self.points)
         a, b, c = np.moveaxis(self.points[hull.simplices], 1, 0)
         inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
@@ -94,11 +96,11 @@ class Hull(Solid):
         return self.points[hull.vertices], np.searchsorted(hull.vertices, simplices)  # the vertices are sorted
 
     def state(self) -> dict[str, Any]:
-        corners, faces = self.faces()
+        corners, faces = self.faces
         return {"corners": _short(corners), "faces": faces.tolist()}
 
     def triangles(self) -> np.ndarray:
-        corners, faces = self.faces()
+        corners, faces = self.faces
         return corners[faces]
 
 
@@ -107,11 +109,14 @@ def smooth(triangles: np.ndarray) -> np.ndarray:
     a, b, c = np.moveaxis(triangles, 1, 0)
     flat = np.cross(b - a, c - a)
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
-    _, place = np.unique(triangles.reshape(-1, 3).round(2), axis=0, return_inverse=True)
-    order, normals = np.argsort(place.ravel(), kind="stable"), np.empty((len(place.ravel()), 3))
-    for corners in np.split(order, np.cumsum(np.bincount(place.ravel()))[:-1]):
+    rounded = triangles.reshape(-1, 3).round(2)
+    _, place, count = np.unique(rounded, axis=0, return_inverse=True, return_counts=True)
+    order, normals = np.argsort(place.ravel(), kind="stable"), np.empty((len(rounded), 3))
+    begin = np.cumsum(count) - count
+    for size in np.unique(count):  # the places where as many corners are
+        corners = order[begin[count == size][:, None] + np.arange(size)]
         meeting = flat[corners // 3]
-        normals[corners] = (meeting @ meeting.T > CREASE) @ meeting
+        normals[corners] = (meeting @ meeting.swapaxes(1, 2) > CREASE) @ meeting
     return (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)).reshape(-1, 3, 3)
 
 

@@ -79,7 +79,7 @@ def test_the_frame_starts_on_the_face_of_the_cut():
     assert view.scenes[0].places["feature"] == pytest.approx(face.matrix)
     cube, drill = view.scenes[0].solids
     assert drill.body == "feature" and drill.along == pytest.approx([0, 0, 1])
-    height = (cube.faces()[0] - face.origin) @ face.z
+    height = (cube.faces[0] - face.origin) @ face.z
     assert height.max() == pytest.approx(0) and (abs(height) < 1e-9).sum() == 3
     seen = camera(view.scenes[0].azimuth, view.scenes[0].elevation)
     assert scene.together(dict(zip("xyz", face.rotation.T, strict=True)), seen) == []
