@@ -44,26 +44,30 @@ class View:
     def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the number of the solid seen in each pixel (−1: none), its lightness and its depth."""
         width, height = self.size
-        solid, light, depth = (
-            np.full(width * height, -1),
-            np.zeros(width * height),
-            np.full(width * height, -np.inf),
-        )
-        for number, each in enumerate(self.scene.solids):
-            triangles, normals = each.surface
-            corners = self.pixels(each.body, triangles)
-            (ax, ay), (bx, by) = (corners[:, end, :2].T - corners[:, 0, :2].T for end in (1, 2))
-            front = ax * by - ay * bx < -1e-12  # rows count downwards
-            corners, normals = corners[front], normals[front]
-            shade = _light(normals @ self.scene.places[each.body][:3, :3].T @ self.camera.T)
-            pixels, z, lightness = filled(corners, shade, self.size)
-            nearer = z > depth[pixels]
-            pixels, z, lightness = pixels[nearer], z[nearer], lightness[nearer]
-            np.maximum.at(depth, pixels, z)  # a pixel may be in several triangles
-            seen = z == depth[pixels]
-            solid[pixels[seen]] = number
-            light[pixels[seen]] = lightness[seen]
+        depth, light = np.full(width * height, -np.inf), np.zeros(width * height)
+        solid = np.full(width * height, -1)
+        if self.scene.solids:
+            number, corners, shade = self._facing()
+            triangle, pixels, z, lightness = filled(corners, shade, self.size)
+            np.maximum.at(depth, pixels, z)
+            nearest = np.flatnonzero(z == depth[pixels])[::-1]  # of two at one depth the first is written last
+            solid[pixels[nearest]] = number[triangle[nearest]]
+            light[pixels[nearest]] = lightness[nearest]
         return solid.reshape(height, width), light.reshape(height, width), depth.reshape(height, width)
+
+    def _facing(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Triangles that face the viewer: numbers of their solids, pixels and lightness of their corners."""
+        placed, turned, count = [], [], []
+        for each in self.scene.solids:
+            triangles, upright = each.surface
+            placed.append(self.pixels(each.body, triangles.reshape(-1, 3)))
+            turned.append(upright.reshape(-1, 3) @ (self.camera @ self.scene.places[each.body][:3, :3]).T)
+            count.append(len(triangles))
+        corners, normals = (np.concatenate(parts).reshape(-1, 3, 3) for parts in (placed, turned))
+        number = np.repeat(np.arange(len(count)), count)
+        (ax, ay), (bx, by) = (corners[:, end, :2].T - corners[:, 0, :2].T for end in (1, 2))
+        front = ax * by - ay * bx < -1e-12  # rows count downwards
+        return number[front], corners[front], _light(normals[front])
 
     def draw(self) -> Image.Image:
         """Return the picture, a PIL image."""
@@ -104,8 +108,8 @@ class View:
             )
 
 
-def filled(corners: np.ndarray, shade: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the pixels whose middles are in triangles, and depth and lightness there, three arrays.
+def filled(corners: np.ndarray, shade: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the pixels whose middles are in triangles: four arrays of triangle, pixel, depth and lightness.
 
     `corners`, shape (n, 3, 3), are those of `View.pixels`, `shade`, shape (n, 3), is the lightness at each. A pixel
     is a number, row by row; it comes once for each triangle.
@@ -130,7 +134,7 @@ def filled(corners: np.ndarray, shade: np.ndarray, size: np.ndarray) -> tuple[np
     begin = values[triangle, :, 0] + values[triangle, :, 2] * (row[:, None] + 0.5)
     step = values[triangle, :, 1]
     depth, light = (begin[run, k] + step[run, k] * (column + 0.5) for k in (0, 1))
-    return row[run] * size[0] + column, depth, light
+    return triangle[run], row[run] * size[0] + column, depth, light
 
 
 def _runs(first: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
