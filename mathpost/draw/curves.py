@@ -125,6 +125,7 @@ def _short(points: ArrayLike) -> list[float | None]:
 def _spec(figure: Figure, moving: Sequence[Drawn]) -> dict[str, Any]:
     """The panels of a figure: scales, ticks, artists; the points of a moving artist are None."""
     figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # it is laid out: the still picture need not do it again
     panels = []
     for axes in figure.axes:
         panel: dict[str, Any] = {
