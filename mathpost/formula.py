@@ -74,7 +74,7 @@ def numeric(
         for rows in slices(result.shape[1:]):
             for index, entry in enumerate(compiled(*(array[rows] if array.ndim else array for array in flat))):
                 result[index, rows] = entry
-        return result.T.reshape(*over, *shape)
+        return result.T.reshape((*over, *shape))
 
     return evaluate
 

@@ -6,6 +6,7 @@ singular region: `end_slopes`, `hermite` or `clamped`, `smooth`, and `lifted` fo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, MathpostError, ReachError
+from mathpost.formula import numeric
 from mathpost.machine import TRAVEL_TOLERANCE
 from mathpost.path.deviation import deviation, from_segment
 
@@ -159,10 +161,12 @@ def hermite() -> sp.Expr:
 
 def clamped(
     rows: np.ndarray, span: float = 1.0, dt: tuple[float, float] = (1.0, 1.0)
-) -> scipy.interpolate.CubicSpline:
-    """Return the same cubic as a SciPy `CubicSpline` from 0 to `span`; `rows` and `dt` as in `end_slopes`."""
+) -> Callable[[ArrayLike], np.ndarray]:
+    """Return the same cubic as a function of the virtual time, 0 to `span`; `rows` and `dt` as in `end_slopes`."""
+    _, start, end, _ = np.asarray(rows, dtype=float)
     k_1, k_2 = end_slopes(rows, dt)
-    return scipy.interpolate.CubicSpline([0, span], [rows[1], rows[2]], bc_type=((1, k_1), (1, k_2)))
+    compiled = numeric(hermite(), sp.symbols("t T M_s M_e k_1 k_2"))
+    return lambda t: compiled(np.expand_dims(t, -1) if start.ndim else t, span, start, end, k_1, k_2)
 
 
 def paper_clamped(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
@@ -172,7 +176,7 @@ def paper_clamped(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
 
 def paper_cubic(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
     """The cubic of table 3, as its 25 numbers show: one through the records at t = −1, 0, 1, 2, all five joints."""
-    return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
+    return np.polyval(np.linalg.solve(np.vander([-1.0, 0, 1, 2]), rows), np.expand_dims(t, -1))
 
 
 def paper_literal(rows: np.ndarray, t: ArrayLike) -> np.ndarray:

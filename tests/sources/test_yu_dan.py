@@ -154,7 +154,7 @@ def test_c_rule_says_what_it_compares():
 
 @pytest.mark.parametrize(("span", "dt"), [(1.0, (1.0, 1.0)), (3.0, (0.5, 2.0))])
 def test_the_cubic_by_hand_is_scipys(span, dt):
-    """The blend of four polynomials that a book on curves prints, the derivation, and `CubicSpline`."""
+    """The derivation, the blend of four polynomials that a book on curves prints, and `CubicSpline`."""
     rows = np.random.default_rng(3).normal(size=(4, 5))
     k_1, k_2 = (rows[1] - rows[0]) / dt[0], (rows[3] - rows[2]) / dt[1]
     np.testing.assert_allclose(yu_dan.end_slopes(rows, dt), [k_1, k_2])
@@ -163,10 +163,17 @@ def test_the_cubic_by_hand_is_scipys(span, dt):
     ends = rows[1] * (1 - 3 * u**2 + 2 * u**3) + rows[2] * (3 * u**2 - 2 * u**3)
     by_hand = ends + span * (k_1 * (u - 2 * u**2 + u**3) + k_2 * (u**3 - u**2))
     np.testing.assert_allclose(yu_dan.clamped(rows, span, dt)(t), by_hand, atol=1e-12)
-    derived = numeric(yu_dan.hermite(), sp.symbols("t T M_s M_e k_1 k_2"))
-    for joint in range(5):
-        values = derived(t, span, rows[1, joint], rows[2, joint], k_1[joint], k_2[joint])
-        np.testing.assert_allclose(values, by_hand[:, joint], atol=1e-12)
+    scipys = CubicSpline([0, span], rows[1:3], bc_type=((1, k_1), (1, k_2)))
+    np.testing.assert_allclose(scipys(t), by_hand, atol=1e-12)
+    np.testing.assert_allclose(yu_dan.clamped(rows[:, 3], span, dt)(t), by_hand[:, 3], atol=1e-12)
+    np.testing.assert_allclose(yu_dan.clamped(rows, span, dt)(t[2]), by_hand[2], atol=1e-12)
+
+
+def test_the_cubic_through_four_records_is_scipys():
+    rows, t = np.random.default_rng(4).normal(size=(4, 5)), np.linspace(-1, 2, 9)
+    scipys = CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
+    np.testing.assert_allclose(paper_cubic(rows, t), scipys, atol=1e-12)
+    np.testing.assert_allclose(paper_cubic(rows, t[4]), scipys[4], atol=1e-12)
 
 
 def test_smooth_keeps_the_tip_at_its_points(dmu50v, blade):
