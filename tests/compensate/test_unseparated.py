@@ -135,12 +135,12 @@ def _design(sets):
             [s - np.multiply(about.get(name, 0.0), e.method != "tip") for s, e in zip(slopes, sets, strict=True)]
         )
     for number, each in enumerate(sets):
-        balls = np.column_stack([each.place, each.length])
+        balls, still = np.column_stack([each.place, each.length]), each.shown(ideal)
         for ball in np.unique(balls, axis=0):
             for direction in np.eye(3):
                 aside = (balls == ball).all(axis=1)[:, None] * direction
                 slopes = [np.zeros(e.place.shape) for e in sets]
-                slopes[number] = each.shown(ideal, aside) - each.shown(ideal)
+                slopes[number] = each.shown(ideal, aside) - still
                 places.append(flat(slopes))
     return found, np.array(places).T
 
@@ -152,9 +152,8 @@ def _rank(columns):
     return int((np.linalg.svd(np.linalg.qr(matrix, mode="r"), compute_uv=False) > ZERO).sum()) if matrix.size else 0
 
 
-def _left_open(sets):
+def _left_open(design, places):
     """Names of the unknowns that the readings leave open, and of those of which they have no trace."""
-    design, places = _design(sets)
     matrix = np.column_stack([*design.values(), places])
     lengths = np.linalg.norm(matrix, axis=0)
     matrix = np.linalg.qr(matrix / np.where(lengths > ZERO, lengths, np.inf), mode="r")
@@ -216,8 +215,8 @@ def readings(measured):
 
 def test_what_is_named_is_what_the_readings_leave_open(readings):
     each, assumed, sentences = readings
-    left, traceless = _left_open([each])
     design, places = _design([each])
+    left, traceless = _left_open(design, places)
     assert {name for name, why in assumed.items() if why.startswith("not measured")} == traceless
     named = set()
     for name, found in sentences.items():
@@ -238,10 +237,9 @@ def _assumed(name):
     return 20e-3 if name[1] in "XYZ12" else 40e-6 if name in SQUARENESS else 50e-6
 
 
-def _deviation(sets, name):
+def _deviation(design, places, name):
     """The standard uncertainty of an unknown, its noise and what is assumed of the others known."""
-    design, places = _design(sets)
-    left, traceless = _left_open(sets)
+    left, traceless = _left_open(design, places)
     names = [each for each in design if each not in traceless]
     # What the readings leave open is as small as a machine in good order has it.
     known = [each for each in names if each in left or each in SQUARENESS]
@@ -263,9 +261,9 @@ def test_what_is_advised_separates_them(readings):
             both, crossed = re.fullmatch("(.+?)(, in all combinations)?", words).groups()
             parts = AND.split(both)
             taken = [some for n in range(1, len(parts)) for some in combinations(parts, n)] if crossed else []
-            sets = [each, *(_again(each, some) for some in (*taken, parts))]
-            assert name not in _left_open(sets)[0], words
-            assert _deviation(sets, name) <= _assumed(name) / 2, words
+            design, places = _design([each, *(_again(each, some) for some in (*taken, parts))])
+            assert name not in _left_open(design, places)[0], words
+            assert _deviation(design, places, name) <= _assumed(name) / 2, words
 
 
 def test_what_is_left_open_is_in_the_uncertainty(measured):
