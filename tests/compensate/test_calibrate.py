@@ -158,10 +158,10 @@ def test_readings_that_contradict_each_other_are_written_only_when_accepted(tmp_
 
 
 @arrangements
-def test_most_errors_lie_within_u(arrangement, sign, tmp_path):
+def test_most_errors_lie_within_u(arrangement, sign, tmp_path, of):
     """The small version of the benchmark."""
     machine, rng = nominal(arrangement, sign), np.random.default_rng(2)
-    results = [once(machine, rng, tmp_path, tip=n < 2) for n in range(5)]
+    results = [once(machine, rng, tmp_path, tip=n < 2) for n in range(of(3, 5))]
     ratios = np.array([error / u for missed, _, _ in results for error, u in missed.values()])
     assert (np.abs(ratios) <= 1).mean() > 0.85 and 0.3 < ratios.std() < 0.75
     assert max(after for _, _, after in results) < 0.05 * max(before for _, before, _ in results)

@@ -22,8 +22,8 @@ ALWAYS = (
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_within_u_or_said(case):
-    inside, doubted = shares(case, 2)
+def test_within_u_or_said(case, of):
+    inside, doubted = shares(case, of(1, 2))
     assert inside > 0.85
     assert doubted < 0.2 or not CASES[case][0]
     assert doubted == 1 or case not in ALWAYS
