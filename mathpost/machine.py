@@ -184,7 +184,7 @@ class Machine:
         """Return a sentence for each of the joints, shape (k,) in mm and radians, that is outside travel."""
         moved = np.r_[self.slides, np.zeros(len(self.rotary))]  # where the slides are
         values, (low, high) = (joints + moved) * self.units, (self.limits.T + moved) * self.units
-        units, inside = ["mm"] * 3 + ["°"] * len(self.rotary), self.within(joints)
+        units, inside = [" mm"] * 3 + ["°"] * len(self.rotary), self.within(joints)
         return [
             f"{'slide ' * bool(moved[n])}{name} {values[n]:.3f}{units[n]} is outside {low[n]:g} … {high[n]:g}"
             for n, name in enumerate(self.joint_names)

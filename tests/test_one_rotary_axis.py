@@ -8,6 +8,8 @@ from scipy.spatial.transform import Rotation
 
 import mathpost
 from mathpost import machine
+from mathpost.compensate.compensation import Compensator
+from mathpost.compensate.model import fingerprint, read_errors
 from mathpost.course import machine_page
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError, ReachError
@@ -138,3 +140,35 @@ def test_the_page_and_the_detective():
     assert found.misreadings[0].sentence == "the sign of A is reversed" and len(found.misreadings) == 1
     found = explain_joints(HEAD, [0, -0.6, 0.8], [1.451571])
     assert found.misreadings[0].kinds == ("inch",)
+
+
+def test_errors_are_compensated(tmp_path, capsys):
+    """The tip by SciPy's rotations; what one axis cannot turn the tool by is left, and said."""
+    path, rng = tmp_path / "errors.toml", np.random.default_rng(4)
+    said = f'name = "e"\nsource = "test"\nmachine = "{fingerprint(HEAD.machine)}"\n[constant]\n'
+    path.write_text(said + "EYA = 12\nEZA = -20\nEAA = 100\nEBA = 30\nEC0Y = 40\n", encoding="utf-8")
+    errors = read_errors(path, HEAD.machine)
+    (a,), origin = HEAD.machine.rotary, np.array(HEAD.machine.origin)
+    turned = Rotation.from_euler("xy", [100e-6, 30e-6])
+
+    def reached(joints):
+        slides = joints[:, :3] + origin + [0, 0, HEAD.machine.tool_length]
+        tip = slides - slides[:, [1]] * [40e-6, 0, 0] - [0, 0, HEAD.machine.tool_length]
+        turn = Rotation.from_rotvec(joints[:, 3:] * a.axis)
+        back = turned.inv().apply(tip - a.point - [0, 12e-3, -20e-3])
+        return a.point + turn.inv().apply(back) - origin, turn.inv().apply(turned.inv().apply([0, 0, 1.0]))
+
+    joints = np.c_[rng.uniform(-80, 80, (30, 3)), rng.uniform(-np.pi, np.pi, 30)]
+    found = Compensator(errors).compensate(joints)
+    tip, axis = HEAD.forward(joints)
+    before, _ = reached(joints)
+    after, along = reached(found.joints)
+    assert np.linalg.norm(before - tip, axis=1).min() > 0.01 and np.abs(after - tip).max() < 1e-4
+    beside = np.linalg.norm(along - axis, axis=1)
+    assert beside == pytest.approx(found.after.axis, abs=1e-9)
+    assert beside == pytest.approx(30e-6, rel=1e-3)
+
+    (tmp_path / "part.cl").write_text(PART, encoding="utf-8")
+    given = ["post", str(tmp_path / "part.cl"), "--machine", "dividing_head", "--errors", str(path)]
+    assert main([*given, "-o", str(tmp_path / "part.nc")]) == 0
+    assert "6.2 arcsec after it" in capsys.readouterr().err

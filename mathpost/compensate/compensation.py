@@ -207,7 +207,7 @@ class Compensator:
 
         `joints`, shape (..., 5), mm and radians, are as computed for a machine without errors.
         """
-        joints = as_array(joints, 5, "joints")
+        joints = as_array(joints, len(self.machine.joint_names), "joints")
         wanted = self.wanted(joints)
         before = self.miss(joints, wanted)
         base, exact = self._first_group(joints, wanted, np.maximum(self.max_turn, MAX_GAIN * before.axis))

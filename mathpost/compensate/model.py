@@ -66,7 +66,7 @@ MARGIN = 0.1  # mm or degrees by which a corrected joint may leave its table
 
 
 def error_names(machine: Machine) -> tuple[str, ...]:
-    """Names of the 33 errors: six for each joint in joint order, then squareness."""
+    """Names of the 33 errors, 27 with one rotary axis: six for each joint in joint order, then squareness."""
     return (*(f"E{component}{joint}" for joint in machine.joint_names for component in COMPONENTS), *SQUARENESS)
 
 
@@ -196,7 +196,7 @@ class ErrorModel:
 
     def _slides_and_angles(self, joints: ArrayLike) -> list[np.ndarray]:
         """The five arguments of what was compiled: machine coordinates of the slides, and the angles."""
-        joints = as_array(joints, 5, "joints")
+        joints = as_array(joints, len(self.machine.joint_names), "joints")
         slides = self.machine.slide_positions(joints[..., :3])
         return [*np.moveaxis(slides, -1, 0), *np.moveaxis(joints[..., 3:], -1, 0)]
 
@@ -229,12 +229,13 @@ class MachineErrors:
 
     def varying(self, joints: ArrayLike) -> np.ndarray:
         """Return the second group alone: what tables and drift add; `ReachError` where that was not measured."""
-        joints = as_array(joints, 5, "joints")
+        joints = as_array(joints, len(self.machine.joint_names), "joints")
         errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
         for index, curve in self.curves:
             joint = index // len(COMPONENTS)
             position, where = table_position(self.machine, joints, joint), self.machine.joint_names[joint]
-            errors[..., index] += curve(position, margin=MARGIN, where=where) * _unit(index)[1]
+            size = _unit(error_names(self.machine)[index])[1]
+            errors[..., index] += curve(position, margin=MARGIN, where=where) * size
         return errors
 
 
@@ -308,7 +309,7 @@ def read_errors(path: Path | str, machine: Machine) -> MachineErrors:
     file.take("machine", only_if(lambda word: word == own), expected)
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
-        unit, size = _unit(index)
+        unit, size = _unit(name)
         read = only_if(lambda value, most=GREATEST[unit]: abs(value) <= most, a_number)
         expected = f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
         values[index] = constant.take(name, read, expected, 0.0) * size
@@ -342,7 +343,7 @@ def _table(entry: TomlTable, path: Path | str, machine: Machine) -> list[tuple[i
     curves = []
     for name in (column for column in columns if column in read):
         index = known.index(name)
-        unit, size = _unit(index)
+        unit, size = _unit(name)
         read[name] *= read.unit(name, "length" if unit == "um" else "angle", default=unit) / size
         read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
         try:
@@ -355,6 +356,6 @@ def _table(entry: TomlTable, path: Path | str, machine: Machine) -> list[tuple[i
     return curves
 
 
-def _unit(index: int) -> tuple[str, float]:
-    """An error's unit in a file and its size: displacements are µm, rotations and squareness, which ends, µrad."""
-    return ("um", 1e-3) if index < 30 and index % 6 < 3 else ("urad", 1e-6)
+def _unit(name: str) -> tuple[str, float]:
+    """An error's unit in a file and its size: displacements are µm, rotations and squareness µrad."""
+    return ("um", 1e-3) if name[1] in "XYZ" else ("urad", 1e-6)

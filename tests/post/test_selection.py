@@ -179,7 +179,7 @@ def test_a_change_of_branch_away_from_the_pole_is_no_cut():
 
 def test_out_of_travel_names_record_and_axis(dmu50v):
     cl = cldata.from_arrays([[0, 0, 0], [900, 0, 0]], [[0, 0, 1], [0.1, 0, 1]])
-    with pytest.raises(ReachError, match=r"record 2: no solution inside travel: .*X .*mm is outside -250 … 250"):
+    with pytest.raises(ReachError, match=r"record 2: no solution inside travel: .*X .* mm is outside -250 … 250"):
         selection.choose(dmu50v, cl)
     with pytest.raises(ReachError, match="record 1: .*out of reach"):
         selection.choose(dmu50v, cldata.from_arrays([[0, 0, 0]], [[0, 0.6, -0.8]]))

@@ -157,7 +157,7 @@ def test_the_way_under_tcp_may_leave_travel():
         f"L X+240 Y{y:+} Z+100 B+0 C{c:+} F1000\n" for y, c in ((0, 0), (1, 0), (0, 0), (0, 180), (1, 180))
     )
     judged = verify(text, machine.load("dmu50v"))
-    assert judged.outside == ((3, "on the way: Y 240.000mm is outside -225 … 225"),)
+    assert judged.outside == ((3, "on the way: Y 240.000 mm is outside -225 … 225"),)
 
 
 @pytest.mark.parametrize("control", ["heidenhain", "fanuc", "siemens"])
