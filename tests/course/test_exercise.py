@@ -108,6 +108,7 @@ def flank(records, *, tcp=False, mirrored=1, singular=None):
     return writer.write(blocks, kin.machine)
 
 
+DIRECT = flank([], singular="direct")
 JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("03b-choice", (0, -105), "Both go to A-45 C-90"),
     ("05-meet", (0, 0, 1), "straight up"),
@@ -128,7 +129,7 @@ JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("07-alone", flank(np.arange(11), mirrored=-1), "with the tool axis 1.200° off"),
     ("07-alone", flank(np.arange(11), singular="retract"), RIGHT),
     *(
-        ("07-alone", re.sub(found, other, flank([], singular="direct"), flags=re.M), said)
+        ("07-alone", re.sub(found, other, DIRECT, flags=re.M), said)
         for found, other, said in (
             (r" FT?[\d.]+$", "", "states no feed and no time"),
             ("F800", "F8", "On the way to record 1 the feed is 8 mm/min; the CL data have 800"),

@@ -1,6 +1,7 @@
 """Panels driven as their user drives them, without a browser: set values, press, look at what is said."""
 
 import argparse
+import functools
 import io
 import itertools
 import re
@@ -23,16 +24,22 @@ from mathpost.workbench.panel import SENTENCE
 from mathpost.workbench.run import Made, parsed
 from tests.conftest import DATA
 
-MADE = {  # none is changed
-    "post": workbench.post(cl="blade.cl", machine="dmu50v.toml"),
-    "check": workbench.check(path="right.xlsx"),
-    "calibrate": workbench.calibrate(machine="ac_table.toml", readings="ball_c_axis.csv"),
-    "explain": workbench.explain(angles="1 2 3"),
-    "pose": workbench.pose(machine="bc_table.toml"),
-    "plane": workbench.plane(words="G68.2 I135 J54.7356 K-90"),
-    "head": workbench.head(vectors="five_face_head.csv"),
-    "verify": workbench.verify(program="blade.h", machine="dmu50v.toml"),
+GIVEN = {  # to a panel of each kind
+    "post": dict(cl="blade.cl", machine="dmu50v.toml"),
+    "check": dict(path="right.xlsx"),
+    "calibrate": dict(machine="ac_table.toml", readings="ball_c_axis.csv"),
+    "explain": dict(angles="1 2 3"),
+    "pose": dict(machine="bc_table.toml"),
+    "plane": dict(words="G68.2 I135 J54.7356 K-90"),
+    "head": dict(vectors="five_face_head.csv"),
+    "verify": dict(program="blade.h", machine="dmu50v.toml"),
 }
+
+
+@functools.cache
+def panel_of(name):
+    """The panel of a command, which no test changes."""
+    return getattr(workbench, name)(**GIVEN[name])
 
 
 def inside(widget):
@@ -64,20 +71,20 @@ def left():
     return set(Path(tempfile.gettempdir()).glob("mathpost-*"))
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", GIVEN)
 def test_every_control_has_a_label(name):
     controls = [
-        each for each in inside(MADE[name])
+        each for each in inside(panel_of(name))
         if isinstance(each, widgets.ValueWidget) and not isinstance(each, widgets.HTML | widgets.FloatProgress)
     ]  # fmt: skip
     assert len(controls) >= 5 and all(each.description for each in controls)
     assert all(each.tabbable is not False for each in controls), "a key gets there"
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", GIVEN)
 def test_the_controls_begin_with_the_defaults_of_the_shell(name, tmp_path):
     """What the panel would run, against argparse's own defaults."""
-    options = vars(parsed(MADE[name].words(tmp_path)))
+    options = vars(parsed(panel_of(name).words(tmp_path)))
     command = argparse.ArgumentParser()
     main.import_module(f"mathpost.shell.{name}").add_arguments(command)
     for action in command._actions:
@@ -271,7 +278,7 @@ def test_what_is_saved_replaces_nothing(tmp_path):
 def test_without_python_a_panel_is_its_sentence(monkeypatch):
     shown = []
     monkeypatch.setattr("mathpost.workbench.panel.display", lambda data, raw: shown.append(data))
-    MADE["post"]._ipython_display_()
+    panel_of("post")._ipython_display_()
     sentence, view = shown
     assert SENTENCE in sentence["text/html"] and SENTENCE in sentence["text/plain"]
     assert list(view) == ["application/vnd.jupyter.widget-view+json"]
@@ -309,7 +316,7 @@ def test_a_class_of_workbooks_becomes_a_table_that_opens(tmp_path):
 
 def test_readings_become_files_and_the_worst_is_named(tmp_path):
     """The files against the shell's; a reading that was moved by hand is the first of the table."""
-    panel = MADE["calibrate"]
+    panel = panel_of("calibrate")
     made, _ = worked(panel, tmp_path)
     assert made.fine and made.said == "The readings fit."
     shell = ["calibrate", "ac_table", f"{DATA / 'measurements/ball_c_axis.csv'}", "-o", f"{tmp_path / 'shell'}"]
@@ -330,22 +337,23 @@ def test_readings_become_files_and_the_worst_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("panel", "answer", "fine"),
+    ("name", "given", "answer", "fine"),
     [
         (
-            workbench.explain(angles="135 54.7356 -90", point="3 4 5", result="1.283069 6.939923 0.437263"),
+            "explain",
+            {"angles": "135 54.7356 -90", "point": "3 4 5", "result": "1.283069 6.939923 0.437263"},
             "the final transpose is missing",
             False,
         ),
-        (workbench.pose(machine="bc_table", axis="1 -1 1", present="-20 100"), "B 54.7356 C -45", True),
-        (workbench.pose(machine="bc_table", joints="1 0 2 -20 30"), "tool axis i -0.296", True),
-        (workbench.head(vectors="five_face_head.csv", at="45"), "X 267.988 ± 0.034", True),
-        (workbench.plane(point="0 0 0; 40 0 0; 0 30 10"), "G68.2 X0. Y0. Z0. I0. J18.4349 K0.", True),
+        ("pose", {"machine": "bc_table", "axis": "1 -1 1", "present": "-20 100"}, "B 54.7356 C -45", True),
+        ("pose", {"machine": "bc_table", "joints": "1 0 2 -20 30"}, "tool axis i -0.296", True),
+        ("head", {"vectors": "five_face_head.csv", "at": "45"}, "X 267.988 ± 0.034", True),
+        ("plane", {"point": "0 0 0; 40 0 0; 0 30 10"}, "G68.2 X0. Y0. Z0. I0. J18.4349 K0.", True),
     ],
 )
-def test_numbers_in_answers_out(panel, answer, fine, tmp_path):
-    made, _ = worked(panel, tmp_path)
-    assert answer in made.files[f"{panel.command}.txt"].decode() and made.fine is fine
+def test_numbers_in_answers_out(name, given, answer, fine, tmp_path):
+    made, _ = worked(getattr(workbench, name)(**given), tmp_path)
+    assert answer in made.files[f"{name}.txt"].decode() and made.fine is fine
 
 
 def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
