@@ -225,10 +225,12 @@ class Given:
     def lines(self, cells: Collection[Place], least: int) -> list[Line]:
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
         found, steps = {}, [way for step in range(1, 11) for way in ((step, 0), (0, step))]
-        for place, (down, right), k in product(self.sorted(cells), steps, range(3)):
-            triple = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
-            count = sum(p in cells for p in triple)
-            if count >= least and self.typed.issuperset(triple):
+        for place, (down, right) in product(self.sorted(self.typed.intersection(cells)), steps):
+            line = [offset(place, n * down, n * right) for n in range(-2, 3)]
+            for triple in (tuple(line[n : n + 3]) for n in range(3) if self.typed.issuperset(line[n : n + 3])):
+                count = sum(p in cells for p in triple)
+                if count < least:
+                    continue
                 within = [offset(triple[0], n * (down > 0), n * (right > 0)) for n in range(1, 2 * (down + right))]
                 # A number within that nobody uses tells that the formula which did is lost.
                 count -= any(p in self.typed and p not in self.graph.used for p in within if p not in triple)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from dataclasses import dataclass
+from functools import lru_cache
 
 UNIT_WORDS = {"=", ":", "°", "deg", "degree", "degrees", "度", "mm", "rad", "弧度", "->", "→", "："}
 IN_RADIANS = r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度|bogenma"
@@ -71,6 +72,7 @@ def plain(text: str) -> str:
     )
 
 
+@lru_cache(10_000)
 def read_label(text: str) -> Role | None:
     """Return the `Role` that a label, a name or a key says, or None.
 

@@ -13,7 +13,7 @@ from mathpost.workbook.sheet.file import EMPTY, local_address
 from mathpost.workbook.sheet.formula import NotUnderstood, parse
 from mathpost.workbook.sheet.lookup import resolved
 from mathpost.workbook.sheet.shorthand import blanks_as_before, running_totals
-from mathpost.workbook.sheet.tree import areas, form_of
+from mathpost.workbook.sheet.tree import areas, form_of, with_areas
 
 if TYPE_CHECKING:
     from mathpost.workbook.sheet.file import Book
@@ -42,6 +42,7 @@ class Cells:
         self.numbers = {name: n for n, name in enumerate(book.sheets)}
         parsed: dict[tuple[str, str], Tree] = {}
         self._forms: dict[int, tuple[str, Tree]] = {}
+        self._relative: dict[Place, tuple[Tree, Tree | None]] = {}
         for place, cell in self.cells.items():
             key = place[0], cell.formula
             try:
@@ -141,3 +142,14 @@ class Cells:
         if id(tree) not in self._forms:
             self._forms[id(tree)] = form_of(tree), tree  # as long as the tree is kept no other has its id
         return self._forms[id(tree)][0]
+
+    def relative(self, place: Place) -> Tree | None:
+        """The formula with its references counted from its cell, as R[-1]C2, or None if it has none.
+
+        All cells to which a formula is filled have the same.
+        """
+        tree = self.trees.get(place)
+        if tree and self._relative.get(place, (None,))[0] is not tree:
+            seen: list[Any] = [area.seen_from(*place[1:]) for area in areas(tree)]
+            self._relative[place] = tree, with_areas(tree, seen) if seen else None
+        return self._relative[place][1] if tree else None

@@ -65,6 +65,11 @@ class Area:
         """Return the area in a formula filled so far down and to the right; None if it leaves the sheet."""
         return self.moved(rows * (not self.fixed[0]), columns * (not self.fixed[1]))
 
+    def seen_from(self, row: int, column: int) -> tuple[Any, ...]:
+        """Rows and columns as counted from a cell where no $ keeps them: what filling a formula leaves as it is."""
+        down, right = row * (not self.fixed[0]), column * (not self.fixed[1])
+        return self.sheet, self.top - down, self.left - right, self.shape, self.fixed
+
     def steps_to(self, other: Area) -> tuple[int, int]:
         """How far it is to another area, down and to the right."""
         return other.top - self.top, other.left - self.left

@@ -215,7 +215,7 @@ class Graph(Links):
 
     def cut_off(self) -> Iterator[tuple[list[Place], tuple[int, int]]]:
         """Yield the cells of array formulas that give more rows or columns than there are cells, and how many."""
-        values = self.run({})
+        values = self.run({}) if self.part else {}
         for anchor in dict.fromkeys((p[0], *self.cells[p].anchor) for p in self.part):
             cells = sorted(self.array(anchor))
             shape = self.calculate(self.tree(anchor), values).shape[1:]

@@ -36,8 +36,8 @@ def between(graph: Graph, place: Place, least: int) -> Tree | None:
     """The formula that those on both sides of a cell are filled from, in a line of `least` with the cell."""
     for down, right in WAYS[:2]:
         line = [offset(place, n * down, n * right) for n in (-2, -1, 1, 2)]
-        on = [_goes_on(graph, a, b) for a, b in pairwise(line)]
-        if on[1] and (least < 4 or on[0] or on[2]):
+        outer, inner, other = pairwise(line)
+        if _goes_on(graph, *inner) and (least < 4 or _goes_on(graph, *outer) or _goes_on(graph, *other)):
             return filled(graph, line[1], place)
     return None
 
@@ -52,8 +52,8 @@ def along(graph: Graph, place: Place) -> Iterator[Tree]:
 
 def _goes_on(graph: Graph, a: Place, b: Place) -> bool:
     """Whether the formula of a cell is that of another one, filled."""
-    alike = a in graph.trees and graph.form(a) == graph.form(b)
-    return alike and (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
+    form = graph.relative(a) if len(graph.array(a)) == 1 else None
+    return form is not None and form == graph.relative(b)
 
 
 def as_around(graph: Graph, place: Place) -> Tree | None:
@@ -86,7 +86,10 @@ def typed_over(graph: Graph) -> dict[Place, Tree]:
     found, numbers = {}, graph.component.keys() - graph.trees.keys()
     values = {p: np.array([number]) for p, number in graph.own.items() if number is not None}
     for place in sorted(graph.component.keys() - graph.part.keys(), key=graph.reading_order):
-        other, is_used, own = between(graph, place, 3), place in graph.used, set(graph.uses.get(place, ()))
+        own, count = set(graph.uses.get(place, ())), _numbers(graph.tree(place))
+        if own and not count:
+            continue
+        other, is_used = between(graph, place, 3), place in graph.used
         sources = set(graph.used_by(other or ("text",)))
         lost = sources & numbers - graph.used.keys()
         if other and not own and is_used and lost and graph.component.keys() >= sources:
@@ -94,7 +97,7 @@ def typed_over(graph: Graph) -> dict[Place, Tree]:
         for tree in (other, *along(graph, place)):
             if tree is None or not own < set(graph.used_by(tree)):
                 continue
-            fewer = place in numbers or _numbers(graph.tree(place)) > _numbers(tree)
+            fewer = place in numbers or count > _numbers(tree)
             if fewer and _is_made(graph, place, tree, values):
                 found[place] = tree
     return found

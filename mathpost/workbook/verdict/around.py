@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from mathpost.workbook.sheet.evaluate import STATISTICS
 from mathpost.workbook.sheet.formula import Area, Tree
 from mathpost.workbook.sheet.neighbours import along, between, filled
 from mathpost.workbook.sheet.place import Line, beside, offset
-from mathpost.workbook.sheet.samples import CLOSE, SAMPLES, same
+from mathpost.workbook.sheet.samples import CLOSE, SAMPLES, Values, same
 from mathpost.workbook.sheet.tree import areas, form_of, parts_of, put, text_of, walk, with_areas
 
 if TYPE_CHECKING:
@@ -39,12 +40,17 @@ class Around:
 
     def __init__(self, judge: Judge, known: Known) -> None:
         self.judge, self.graph, self.found, self.known = judge, judge.graph, judge.found, known
-        graph, found = self.graph, self.found
         self.doubtful: set[Place] = set()
-        self.still = {p for window in found.windows for p in window} | judge.inputs.keys()
-        moved = [p for p in found.typed - self.still if p in graph.used and graph.own[p] is not None]
+        self.given = judge.inputs | judge.fixed
+        self.still = {p for window in self.found.windows for p in window} | judge.inputs.keys()
+
+    @cached_property
+    def shaken(self) -> Values:
+        """The values of all cells where the numbers that are no inputs are drawn at random as well."""
+        graph, typed = self.graph, self.found.typed
+        moved = [p for p in typed - self.still if p in graph.used and graph.own[p] is not None]
         drawn = np.random.default_rng(4).uniform(0.3, 3, (len(moved), SAMPLES))
-        self.shaken = graph.run(judge.inputs | judge.fixed | dict(zip(found.sorted(moved), drawn, strict=True)))
+        return graph.run(self.given | dict(zip(self.found.sorted(moved), drawn, strict=True)))
 
     def faults(self, rest: set[Place]) -> Iterator[Fault]:
         """Yield the faults of formulas and numbers; those of `rest` are what no result needs."""

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mathpost.workbook.sheet.samples import Values
 
 MOST = 1e5  # mm: no more is a limit
+TWO_TURNS = np.array([720, 4 * np.pi, 800])  # in degrees, radians, gon; half angles turn half as fast
 NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
 
 
@@ -95,9 +96,8 @@ class Sampled:
             moved = self.graph.downstream([place])
             after = [p for p in moved if heads(self.graph.tree(p)) & {"SIN", "COS"}]
             every += len(after)
-            for k, turn in enumerate((720, 4 * np.pi, 800)):  # half angles turn half as fast
-                run = self.graph.run({place: own[place] + turn}, still, moved)
-                votes[k] += sum(same(run[p], still[p], 1e-9) for p in after)
+            turned = self.graph.run({place: own[place] + TWO_TURNS}, still, moved)
+            votes += sum(np.abs(turned[p] - still[p]) < 1e-9 * (1 + np.abs(still[p])) for p in after)
         beyond = any(abs(number) > LARGEST_RADIANS for number in own.values())
         unit = np.pi / 200 if votes[2] > max(votes[:2]) else np.pi / 180 if votes[0] > votes[1] or beyond else 1.0
         return unit, max(votes) == every

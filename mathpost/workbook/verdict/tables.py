@@ -36,7 +36,8 @@ class Tables:
             for text in point_named(table, self.judge.now):
                 self._judge_the_point(table, text)
         self.judge.prepare(self.rows)
-        self._vary_constants()
+        if self.rows:
+            self._vary_constants()
 
     def _judge_the_point(self, table: list[Words], text: str) -> None:
         """Doubt another point that X Y Z name if the machine has it; else what is known to give it is a fault."""
