@@ -154,13 +154,16 @@ class Graph(Links):
         `take` says where empty cells and texts are otherwise (see `evaluate.TAKES`); where they are left out, the
         others are in one row.
         """
-        constants = self.constants
-        numbers = [values[p] if p in values else constants.get(p, ZERO) for p in area.places]
+        places, constants = area.places, self.constants
+        if len(places) == 1 and not take:
+            (place,) = places
+            return (values[place] if place in values else constants.get(place, ZERO))[:, None, None]
+        numbers = [values[p] if p in values else constants.get(p, ZERO) for p in places]
         if not take:
             return self._stacked(numbers, area.shape)
         leaves_out, other = take.startswith("left out"), ZERO if take == "as 0" else NOTHING
         found = []
-        for place, number in zip(area.places, numbers, strict=True):
+        for place, number in zip(places, numbers, strict=True):
             if self._is_none(place, values):
                 found += [other] * (not leaves_out)
             elif take != "left out, TRUE is 1" and self._is_truth(place):
@@ -183,8 +186,6 @@ class Graph(Links):
     @staticmethod
     def _stacked(numbers: list[np.ndarray], shape: tuple[int, int]) -> np.ndarray:
         """Values of several cells as one array, shape (samples, rows, columns)."""
-        if len(numbers) == 1:
-            return numbers[0][:, None, None]
         if not numbers:
             return np.zeros((1, *shape))
         found = np.empty((max(map(len, numbers)), len(numbers)), max(n.dtype for n in numbers))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import reduce
+from functools import lru_cache, reduce
 from itertools import combinations_with_replacement, product
 from math import comb
 from typing import TYPE_CHECKING
@@ -162,16 +162,19 @@ class Why:
         parts = [part for p in around for part in parts_of(graph.tree(p))]
         trees += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
         factors = {text_of(tree): tree for tree in trees}
-        values = [
-            np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()
-        ]
+        values = np.array(
+            [np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()]
+        )
+        close = 1e-7 * (1 + np.abs(lacking[1:]).max())
         for depth in range(1, 5):
             if comb(len(factors) + depth - 1, depth) > 20_000:
                 break
-            chosen = np.array([*combinations_with_replacement(range(len(factors)), depth)])
-            found = np.array(values)[chosen].prod(axis=1)
+            chosen = _combinations(len(factors), depth)
+            last = np.abs(values[chosen, -1].prod(axis=1))  # one sample tells most apart
+            chosen = chosen[np.abs(last - abs(lacking[-1])) < close]
+            found = values[chosen].prod(axis=1)
             off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
-            for n in np.flatnonzero(np.minimum(*off) < 1e-7 * (1 + np.abs(lacking[1:]).max()))[:1]:
+            for n in np.flatnonzero(np.minimum(*off) < close)[:1]:
                 return text_of(reduce(lambda a, b: ("*", a, b), ([*factors.values()][k] for k in chosen[n])))
         return None
 
@@ -203,6 +206,12 @@ class Why:
                     if same(slip, now):
                         return cause, text, 0.0
         return None
+
+
+@lru_cache(64)
+def _combinations(count: int, size: int) -> np.ndarray:
+    """So many of the numbers below `count`, in every combination with repetition, one in a row."""
+    return np.array([*combinations_with_replacement(range(count), size)])
 
 
 def _turned(matrix: np.ndarray) -> np.ndarray:
