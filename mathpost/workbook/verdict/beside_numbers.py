@@ -151,12 +151,14 @@ class BesideNumbers:
 
     def _is_another_angle(self, place: Place) -> bool:
         """Whether most angles beside an angle without a name are not known either, as those between two axes."""
-        near = [p for p in self.graph.component.get(place, ()) if heads(self.graph.tree(p)) & INVERSE]
-        if place in near and re.search(BETWEEN, self.found.label(place), re.I):
+        graph = self.graph
+        if place not in graph.component or not heads(graph.tree(place)) & INVERSE:
+            return False
+        if re.search(BETWEEN, self.found.label(place), re.I):
             return True
-        named = self.found.angle_said(place) is not None
-        known = sum(map(self.is_known, near))
-        return place in near and not named and len(near) > 1 and 2 * known < len(near)
+        near = [p for p in graph.component[place] if heads(graph.tree(p)) & INVERSE]
+        named, known = self.found.angle_said(place) is not None, sum(map(self.is_known, near))
+        return not named and len(near) > 1 and 2 * known < len(near)
 
     def _completes_a_vector(self, place: Place, unknown: set[Place]) -> bool:
         """Whether one repair makes a cell, with two known ones in line, a known vector, which is a fault then."""

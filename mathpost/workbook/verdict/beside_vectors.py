@@ -177,6 +177,8 @@ class BesideVectors:
         judge, tried, combined = self.judge, [], self.known.combined
         fits = (np.ptp(combined[..., 1:], axis=-1) > CLOSE).all(axis=-1)  # no zeros, as of two that are equal
         for k, place in enumerate(triple):
+            if not fits.any():
+                return False
             repairs = [*edits(self.graph, place)] if place in self.graph.trees else []
             repairs = [each for each in repairs if self.graph.component.keys() >= {*self.graph.used_by(each[3])}]
             own, part = areas(self.graph.tree(place)), self.around.is_of_a_part(place)
