@@ -84,6 +84,7 @@ def typed_over(graph: Graph) -> dict[Place, Tree]:
     A formula such as =RADIANS(20), or with some numbers for references, is such a number.
     """
     found, numbers = {}, graph.component.keys() - graph.trees.keys()
+    unused = numbers - graph.used.keys()
     values = {p: np.array([number]) for p, number in graph.own.items() if number is not None}
     for place in sorted(graph.component.keys() - graph.part.keys(), key=graph.reading_order):
         own, count = set(graph.uses.get(place, ())), _numbers(graph.tree(place))
@@ -91,8 +92,7 @@ def typed_over(graph: Graph) -> dict[Place, Tree]:
             continue
         other, is_used = between(graph, place, 3), place in graph.used
         sources = set(graph.used_by(other or ("text",)))
-        lost = sources & numbers - graph.used.keys()
-        if other and not own and is_used and lost and graph.component.keys() >= sources:
+        if other and not own and is_used and sources & unused and graph.component.keys() >= sources:
             found[place] = other
         for tree in (other, *along(graph, place)):
             if tree is None or not own < set(graph.used_by(tree)):
