@@ -28,14 +28,20 @@ class Roles:
     def __init__(self, graph: Graph, columns: Sequence[Column], kinematics: Kinematics, sample: np.ndarray) -> None:
         self.graph, self.columns, self.kinematics = graph, columns, kinematics
         self.values = np.array([column.values[sample] for column in columns])
+        self.degrees = self.values * np.array([[column.unit] for column in columns])  # if they are angles
         self.names = [name[0].lower() for name in kinematics.machine.joint_names]
 
     def find(self, enough: tuple[int, int]) -> dict[str, Sequence[int]] | None:
         """The columns by "tip", "axis", "words"; None if there are not all, or fewer words fit than `enough`."""
-        axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
-        if axis is None or self.axis_score(axis) < 0.5:
+        triples = self.triples("ijk", "uvw", "xyz")
+        if not triples:
             return None
-        self.demanded = self.inverse(axis)
+        demanded = self.inverse(np.array([self.vectors(triple) for triple in triples]))
+        alike = [self.axis_score(*each) for each in zip(triples, demanded, strict=True)]
+        first = int(np.argmax(alike))
+        if alike[first] < 0.5:
+            return None
+        axis, self.demanded = triples[first], demanded[first]
         words: dict[int, Any] = {}
         for k in (3, 4):
             words[k] = self.choose(k, self.turning(self.demanded[..., k - 3]), {*axis, *words.values()})
@@ -113,26 +119,26 @@ class Roles:
     def vectors(self, triple: Sequence[int]) -> np.ndarray:
         return np.stack([self.values[n] for n in triple], axis=-1)
 
-    def inverse(self, axis: Sequence[int]) -> np.ndarray:
-        """The rotary words of both branches in degrees, shape (rows, 2, 2); NaN where there are none."""
-        vectors = self.vectors(axis)
-        good = np.isfinite(vectors).all(axis=1) & (np.abs(vectors).max(axis=1) > 1e-6)
-        found = np.full((len(vectors), 2, 2), np.nan)
-        found[good] = self.kinematics.inverse(np.zeros(3), vectors[good], degrees=True)[..., 3:]
+    def inverse(self, axes: np.ndarray) -> np.ndarray:
+        """The rotary words of both branches in degrees, shape (..., rows, 2, 2); NaN where there are none."""
+        good = np.isfinite(axes).all(axis=-1) & (np.abs(axes).max(axis=-1) > 1e-6)
+        found = np.full((*good.shape, 2, 2), np.nan)
+        found[good] = self.kinematics.inverse(np.zeros(3), axes[good], degrees=True)[..., 3:]
         return found
 
     def turn_by(self, words: dict[int, Any], alone: bool = False) -> None:
         """Take the rotary words as they are and, unless these `alone` are to tell, as they are demanded."""
-        own = np.stack([self.values[words[k]] * self.columns[words[k]].unit for k in (3, 4)], axis=-1)
-        self.rotary = [own] if alone else [own, self.demanded[:, 0], self.demanded[:, 1]]
+        own = np.stack([self.degrees[words[k]] for k in (3, 4)], axis=-1)
+        self.rotary = np.stack([own] if alone else [own, self.demanded[:, 0], self.demanded[:, 1]])
 
     def turning(self, wanted: np.ndarray) -> np.ndarray:
         """How much of each column is one of the angles wanted, shape (rows, branches)."""
-        off = [wrap(v[:, None] * c.unit - wanted) for v, c in zip(self.values, self.columns, strict=True)]
-        return (np.abs(off) < CLOSE).any(axis=-1).mean(axis=-1)
+        off = np.abs(wrap(self.degrees[..., None] - wanted))
+        return (off < CLOSE).any(axis=-1).mean(axis=-1)
 
-    def axis_score(self, triple: Sequence[int]) -> float:
-        both, vectors = self.inverse(triple), self.vectors(triple)
+    def axis_score(self, triple: Sequence[int], both: np.ndarray) -> float:
+        """How much three columns are a tool axis, of which `both` are the rotary words."""
+        vectors = self.vectors(triple)
         others = [n for n in range(len(self.columns)) if n not in triple]
         fit = sum(self.turning(both[..., k])[others].max(initial=0) for k in (0, 1))
         units = np.mean(np.abs(np.linalg.norm(vectors, axis=1) - 1) < 2e-3)
@@ -140,15 +146,11 @@ class Roles:
 
     def linear(self, tip: Sequence[int]) -> np.ndarray:
         """How much of each column is X, Y, Z with that tip, shape (3, columns); half if it is but shifted."""
-        points, found = self.vectors(tip), []
-        for rotary in self.rotary:
-            wanted = self.kinematics.close(points, np.deg2rad(rotary))[:, :3]
-            off = self.values - wanted.T[:, None]
-            shifted = off - np.median(np.nan_to_num(off, nan=1e9), axis=-1, keepdims=True)
-            found += [
-                (np.abs(each) < CLOSE).mean(axis=-1) * weight for each, weight in ((off, 1.0), (shifted, 0.5))
-            ]
-        return np.max(found, axis=0)
+        wanted = self.kinematics.close(self.vectors(tip), np.deg2rad(self.rotary))[..., :3]
+        off = self.values - np.swapaxes(wanted, 1, 2)[:, :, None]  # ways to turn, X Y Z, columns, rows
+        shifted = off - np.median(np.nan_to_num(off, nan=1e9), axis=-1, keepdims=True)
+        fits = [(np.abs(each) < CLOSE).mean(axis=-1) * weight for each, weight in ((off, 1.0), (shifted, 0.5))]
+        return np.max(fits, axis=(0, 1))
 
     def tip_score(self, tip: Sequence[int], axis: Sequence[int]) -> float:
         others = [n for n in range(len(self.columns)) if n not in (*tip, *axis)]
