@@ -61,7 +61,7 @@ def repaired(
     """
     place = next(iter(wanted))
     after, held = graph.downstream(wanted), graph.parts_at(graph.trees[place], values)
-    for cause, old, new, tree in edits(graph, place, inputs, windows):
+    for cause, old, new, tree in edits(graph, place, dict.fromkeys(inputs), windows):
         made = graph.calculate(tree, values, held=held)
         off = ((at(made, graph.part.get(p, (0, 0))) - value, value) for p, value in wanted.items())
         fits = all(same(value + (wrap(each, period) if period else each), value) for each, value in off)
