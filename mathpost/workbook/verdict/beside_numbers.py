@@ -190,7 +190,7 @@ class BesideNumbers:
 
     def _are_wrong_minutes(self, place: Place) -> bool:
         """Whether one repair makes a cell an angle of degrees and minutes, which is a fault then."""
-        for cause, old, new, tree in edits(self.graph, place):
+        for cause, old, new, tree in edits(self.graph, place) if self._parts(place) else ():
             if self._is_degrees_and_minutes(place, tree):
                 self.judge.faults.append(self._fault(place, cause, old, new))
                 return True
@@ -198,15 +198,20 @@ class BesideNumbers:
 
     def _is_degrees_and_minutes(self, place: Place, tree: Tree | None = None) -> bool:
         """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""
-        parts = [p for p in self.found.sorted(self.graph.uses[place]) if self.graph.own.get(p) is not None]
-        if len(parts) not in (2, 3):
+        parts = self._parts(place)
+        if not parts:
             return False
         sign = -1 if self.graph.number(parts[0]) < 0 else 1
         numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
         made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)), tree)
-        in_line = 1 in (len({p[1] for p in parts}), len({p[2] for p in parts}))
         wanted = [unit * sign * whole[len(parts) - 1] for unit in (1, np.pi / 180)]
-        return in_line and any(same(made, np.array([each])) for each in wanted)
+        return any(same(made, np.array([each])) for each in wanted)
+
+    def _parts(self, place: Place) -> list[Place]:
+        """The numbers that may be the degrees, minutes and seconds of an angle: two or three in line, or none."""
+        parts = [p for p in self.found.sorted(self.graph.uses[place]) if self.graph.own.get(p) is not None]
+        in_line = 1 in (len({p[1] for p in parts}), len({p[2] for p in parts}))
+        return parts if in_line and len(parts) in (2, 3) else []
 
     def _goes_on(self, place: Place) -> bool:
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""
