@@ -16,7 +16,7 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from mathpost import machine
-from mathpost.course import machine_page, view_machine, view_path
+from mathpost.course import machine_page, view_globe, view_machine, view_path
 from mathpost.course.view_machine import SAMPLES
 from mathpost.draw.part import Part
 from mathpost.draw.solid import ring
@@ -426,7 +426,7 @@ def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
 
 def test_a_number_outside_of_its_slider_is_taken_at_the_end(offline, dmu50v, blade, tmp_path):
     """In every kind of view the box shows what is used, and no formula is asked where it does not hold."""
-    views = [view_path.globe(), view_path.clamped([20, 24, 150, 153]), view_path.past_the_pole(dmu50v)]
+    views = [view_globe.globe(), view_path.clamped([20, 24, 150, 153]), view_path.past_the_pole(dmu50v)]
     views += [view_machine.machine(dmu50v), view_machine.tool_axis(dmu50v), view_machine.walk(dmu50v, blade)]
     for made in views:
         (tmp_path / "view.html").write_text(made.page(), encoding="utf-8")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from mathpost.course import view_path
+from mathpost.course import view_globe, view_path
 from mathpost.course.lesson_data import load, with_travel
 from mathpost.post import selection
 from mathpost.post.ways import Crossing
@@ -64,7 +64,7 @@ def test_globe():
         east, north = np.sin(tilt), np.cos(tilt) * np.sin(distance)
         return np.degrees(np.arctan2(north, east))
 
-    said = spoken(view_path.globe())
+    said = spoken(view_globe.globe())
     change = (longitude(-12.0) - longitude(-12.001)) / 0.001
     assert said[0] == pytest.approx(longitude(-12.0), abs=0.005)
     assert said[1] == pytest.approx(abs(change), abs=0.005) and said[2] == pytest.approx(10 * abs(change), abs=0.05)
