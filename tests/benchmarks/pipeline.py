@@ -111,5 +111,5 @@ def run():
         against_plain_loop(path, output, 100_000)
         for count in (100_000, 1_000_000):
             against_text_alone(path, output, count)
-        for count in (100_000, 1_000_000):
+        for count in (100_000, 1_000_000, 3_000_000):
             row(f"memory of {count} records, in a process of its own", peak_memory(count, folder) / 954, 1, "1 GB")
