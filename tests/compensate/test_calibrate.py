@@ -425,7 +425,10 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (text(*FOUR, method="dial", axis="C", positive="out"), "line 5, column 'dial': expected its unit"),
+        (
+            text(*FOUR, method="dial", axis="C", positive="out"),
+            "line 5, column 'dial': expected its unit, in a line such as # unit = µm: one of",
+        ),
         (text(*FOUR, **SAID | {"unit": "divisions"}), "of a dial's division, # unit = 0.002 mm, found 'divisions'"),
         (text("angle,R,dial", "0,100,0.01", **SAID | {"unit": "arcsec"}), "found 'arcsec'"),
         (

@@ -33,6 +33,7 @@ def head():
 def test_the_worked_table(head, angle, uzz, translation, z, machine):
     correction = horizontal_head.lhyset(head, 90, VERTICAL, 90)
     np.testing.assert_allclose(correction, (-0.06, 0, -533.468), atol=1e-12)
+    assert not np.signbit(correction[1])  # what is left at zero has no minus when it is printed
     frame = horizontal_head.lhy(head, correction, angle)
     np.testing.assert_allclose(frame.origin, translation, atol=1e-9)
     np.testing.assert_allclose(frame.rotation[:, 2], z, atol=1e-12)
