@@ -104,7 +104,7 @@ class CLData:
         The tip goes straight from record to record, the axis on the great circle.
         """
         place = np.asarray(place, dtype=float)
-        if np.array_equal(place, np.arange(len(self))):
+        if place.shape == (len(self),) and np.array_equal(place, np.arange(len(self))):
             return self.points, self.axes
         record = np.clip(np.floor(place).astype(int), 0, len(self) - 1)
         tip, axis = (np.moveaxis(np.take(vectors.T, record, axis=1), 0, -1) for vectors in (self.points, self.axes))

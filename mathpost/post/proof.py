@@ -267,22 +267,21 @@ def _refuse_other_feeds(cl: CLData, blocks: Blocks, motion: Motion, slower: bool
 
 def _refuse_too_fast(kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion) -> None:
     """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis."""
-    timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
-    if not timed.size:
-        return
-    seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
-    start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
-    by_feed = np.where(motion.in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
-    rates = kin.machine.max_rates * kin.machine.units
-    if np.isnan(rates).all():
-        rates = feeds[:, None] / 60
-    joints = joints_of(kin, blocks)
-    steps = (joints[timed] - joints[timed - 1]) * kin.machine.units
-    by_axis = np.nan_to_num(np.abs(steps) / rates).max(axis=1, initial=0)
-    least = np.maximum(by_feed, by_axis)
-    # A hundredth, a millisecond of FT, the fourth decimal of F in blocks a minute and of the axes are left open.
-    fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - np.nan_to_num(0.012 / feeds)
-    if fast.any():
-        block = int(fast.argmax())
-        taken = f"a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
-        raise MathpostError(f"{cl.where(motion.record[timed[block]])}: {taken}")
+    all_timed, records, in_cut = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:])), motion.record, motion.in_cut
+    for some in slices(all_timed.shape):
+        timed = all_timed[some]
+        seconds, feeds = blocks.seconds[timed], cl.feeds[records[timed]]
+        start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
+        by_feed = np.where(in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
+        rates = kin.machine.max_rates * kin.machine.units
+        if np.isnan(rates).all():
+            rates = feeds[:, None] / 60
+        steps = (joints_of(kin, blocks[timed]) - joints_of(kin, blocks[timed - 1])) * kin.machine.units
+        by_axis = np.nan_to_num(np.abs(steps) / rates).max(axis=1, initial=0)
+        least = np.maximum(by_feed, by_axis)
+        # A hundredth, a millisecond of FT, the fourth decimal of F in blocks a minute and of the axes are open.
+        fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - np.nan_to_num(0.012 / feeds)
+        if fast.any():
+            block = int(fast.argmax())
+            taken = f"a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
+            raise MathpostError(f"{cl.where(records[timed[block]])}: {taken}")
