@@ -107,7 +107,10 @@ class CLData:
         if place.shape == (len(self),) and np.array_equal(place, np.arange(len(self))):
             return self.points, self.axes
         record = np.clip(np.floor(place).astype(int), 0, len(self) - 1)
-        tip, axis = (np.moveaxis(np.take(vectors.T, record, axis=1), 0, -1) for vectors in (self.points, self.axes))
+        tip, axis = (
+            np.moveaxis(np.array([component[record] for component in vectors.T]), 0, -1)
+            for vectors in (self.points, self.axes)
+        )
         between = (place != record) & (record < len(self) - 1)
         if between.any():
             first, t = record[between], (place - record)[between][:, None]
