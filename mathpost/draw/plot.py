@@ -12,6 +12,7 @@ import numpy as np
 import sympy as sp
 from IPython.display import Math, display
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d import Axes3D
@@ -43,7 +44,7 @@ def show() -> None:
     for number in plt.get_fignums():
         drawn = plt.figure(number)
         png = io.BytesIO()
-        drawn.savefig(png, format="png")
+        FigureCanvasAgg(drawn).print_png(png)  # `savefig` would go through all artists twice
         told = describe(drawn)
         picture = {"image/png": base64.b64encode(png.getvalue()).decode(), "text/plain": told}
         display(picture, raw=True, metadata={"image/png": {"alt": told}})
@@ -267,11 +268,13 @@ def worksheet(axes: Axes, report: FileReport) -> None:
     for cell in judged:
         _, row, column = cell.place
         is_first, corner = cell == report.first, (column - 0.5, row - 0.5)
-        axes.add_patch(plt.Rectangle(corner, 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"))
+        axes.add_artist(plt.Rectangle(corner, 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"))
         if is_first:
-            axes.add_patch(plt.Rectangle(corner, 1, 1, fill=False, linewidth=2.5, zorder=3))
+            axes.add_artist(plt.Rectangle(corner, 1, 1, fill=False, linewidth=2.5, zorder=3))
         text = f"{cell.written:z.3f}" if isinstance(cell.written, float) else "?"
         axes.text(column, row, text, ha="center", va="center", fontsize=6, weight="bold" if is_first else "normal")
+    for drawn in (*axes.patches, *axes.texts):  # inside the limits: nothing to make room for
+        drawn.set_in_layout(False)
     axes.set(xlim=(columns[0] - 1, columns[-1] + 1), ylim=(rows[-1] + 1, rows[0] - 1))
     every = range(columns[0], columns[-1] + 1)
     axes.set_xticks(every, map(get_column_letter, every))
