@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +50,11 @@ class Positioning:
     def curve(self, values: np.ndarray) -> Curve:
         """The spline through `values`, shape (targets, ...), as `mathpost.measure.spline.Curve`."""
         return spline.through_all(spline.Points(self.at, values, 360.0 if self.endless else None))
+
+    @cached_property
+    def weights(self) -> Curve:
+        """What each entry counts for at a position: a spline, too, as a spline is linear in its entries."""
+        return self.curve(np.eye(len(self.at)))
 
 
 def positioning(table: Table, machine: Machine) -> Positioning:

@@ -104,8 +104,6 @@ class Problem:
         self.count = ([self.geometry, *self.entries, *self.terms, *self.drifts, *self.places])[-1].stop
         self.rows = _slices(len(each.value) for each in self.sources)
         self.observed = np.concatenate([each.value for each in self.sources])
-        # A spline is linear in its entries: what each of them counts for at a position is a spline, too.
-        self.weights = [each.curve(np.eye(len(each.at))) for each in tables]
         self.moves = _moves(machine)
         self.linear = np.zeros(self.count), *self.predict(self.all, np.zeros(self.count))
         self.reasons, self.told = self._told_apart()
@@ -224,8 +222,10 @@ class Problem:
         known = np.isfinite(self.prior[kept])
         rows = np.vstack([derivatives[:, kept] / sigmas[:, None], np.diag(1 / self.prior[kept])[known]])
         left = np.concatenate([(self.observed - predicted) / sigmas, (-start[kept] / self.prior[kept])[known]])
-        if missing := [n for n in np.flatnonzero(start) if n not in kept]:  # which are nothing in this estimate
-            left[: len(sigmas)] += derivatives[:, missing] @ start[missing] / sigmas
+        missing = start.copy()
+        missing[kept] = 0
+        if missing.any():  # they are nothing in this estimate
+            left[: len(sigmas)] += derivatives @ missing / sigmas
         lengths = np.linalg.norm(rows, axis=0)
         q, r = np.linalg.qr(rows / lengths)
         inverse = np.linalg.inv(r) / lengths[:, None]
@@ -264,14 +264,14 @@ class Problem:
         them it stays 1, where they see none it goes to nothing.
         """
         whole = self.prior.copy()
+        terms = [[n for n in range(own.start, own.stop) if n in kept] for own in self.terms]
         for _ in range(200):
             found, before = self._estimate(kept, sigmas, []), self.prior.copy()
-            for own in self.terms:
-                index = [kept.index(n) for n in range(own.start, own.stop) if n in kept]
-                at = [kept[n] for n in index]
-                size = found.x[at] ** 2 + np.diag(found.covariance)[index]
-                factor = np.sqrt((size / whole[at] ** 2).mean()) if at else 1.0
-                self.prior[at] = whole[at] * np.clip(factor, 1e-3, 1.0)
+            variance = np.zeros(self.count)
+            variance[kept] = np.diag(found.covariance)
+            for at in filter(None, terms):
+                factor = np.sqrt(((found.x[at] ** 2 + variance[at]) / whole[at] ** 2).mean())
+                self.prior[at] = whole[at] * min(max(factor, 1e-3), 1.0)
             if np.allclose(before, self.prior, rtol=0.01):
                 break
 
@@ -298,17 +298,17 @@ class Problem:
         geometry = len(self.names)
         free = [n for own in (*self.entries, *self.places) for n in range(own.start, own.stop)]
         kept: list[int] = []
-        basis = np.empty((len(matrix), 0))
+        room = np.empty((len(matrix), len(free) + geometry), order="F")
         reasons: dict[str, list[str] | None] = {}
         told: set[int] = set()
         for index in (*free, *range(geometry)):
-            column = matrix[:, index]
+            column, basis = matrix[:, index], room[:, : len(kept)]
             length, left = np.linalg.norm(column), column - basis @ (basis.T @ column)
             left -= basis @ (basis.T @ left)
             if length > NOTHING and np.linalg.norm(left) > DEPENDENT * length:
+                room[:, len(kept)] = left / np.linalg.norm(left)
                 kept.append(index)
                 told.add(index)
-                basis = np.column_stack([basis, left / np.linalg.norm(left)])
             elif index < geometry and length > NOTHING:
                 share = np.linalg.lstsq(matrix[:, kept], column, rcond=None)[0]
                 share = np.abs(share) * np.linalg.norm(matrix[:, kept], axis=0) > 1e-3 * length
@@ -366,9 +366,9 @@ class Problem:
             slide, aside = out_of_square(name)
             paths[name] = np.outer(away[:, slide], aside)
             actual[:, :3] += values[name] * paths[name]
-        for each, weights, own in zip(self.tables, self.weights, self.entries, strict=True):
+        for each, own in zip(self.tables, self.entries, strict=True):
             position = table_position(self.machine, joints, each.joint, block.length)
-            shares.append((each.joint, own, weights(position, where=each.where)))
+            shares.append((each.joint, own, each.weights(position, where=each.where)))
         for effect, own in zip(self.effects, self.terms, strict=True):
             position = table_position(self.machine, joints, effect.joint, block.length)
             shares.append((effect.joint, own, effect.shape(position)))
