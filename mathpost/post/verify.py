@@ -137,10 +137,12 @@ class Verified:
         meets = f"on its way the tool, {2 * BODY:g} mm across, may meet what is cut: the axes arrive in any order"
         unsure = [f"line {self.line(block)}: {meets}" for block in self.unsure]
         rows = self._several("rapid ways", unsure, "clear of all cuts, in whatever order the axes arrive")
-        if not self.unjudged:
-            return rows
-        turn = f"line {self.line(self.unjudged[0])} first, {len(self.unjudged)} in all"
-        return [*rows, ("not judged", f"rapid moves in which rotary axes turn together or with others: {turn}")]
+        if self.unjudged:
+            turn = f"line {self.line(self.unjudged[0])} first, {len(self.unjudged)} in all"
+            rows.append(("not judged", f"rapid moves in which rotary axes turn together or with others: {turn}"))
+        if len(self.program.machines) > 1:
+            rows.append(("not judged", "a rapid move that is the first after a change of tool or origin"))
+        return rows
 
     def _agreement(self) -> list[tuple[str, str]]:
         if self.along is None:

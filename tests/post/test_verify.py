@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine
+from mathpost.controls.coordinates import Setup
 from mathpost.errors import MathpostError
 from mathpost.path import cl as cldata
 from mathpost.post import run
@@ -207,6 +208,14 @@ def test_a_rapid_move_of_rotary_axes_with_others_is_not_judged():
     judged = verify(SLOT + "G0 Z90.\nG0 A30.\nG0 X0. C90.\nM30\n", machine.load("ac_table"), "fanuc")
     assert [judged.line(block) for block in judged.unjudged] == [6]
     assert "line 6 first, 1 in all" in str(judged)
+
+
+def test_the_first_rapid_move_of_another_tool_is_said_not_to_be_judged():
+    """Where the slides stand before it depends on both lengths."""
+    text = SLOT + "G0 Z90.\nT2 M6\nG0 G43 H2 X0. Y0. Z50.\nG0 X5.\n"
+    judged = verify(text, machine.load("ac_table"), "fanuc", setup=Setup(lengths={"1": 100.0, "2": 120.0}))
+    assert "the first after a change of tool" in str(judged)
+    assert "not judged" not in str(verify(SLOT, machine.load("ac_table"), "fanuc"))
 
 
 def test_ways_are_known_where_the_axes_arrive_together():
