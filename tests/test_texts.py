@@ -26,11 +26,15 @@ def lessons():
     return {path.name: lesson.read(path, NoPage()) for path in LESSONS}
 
 
-def test_the_paths_of_teachers_take_the_minutes_that_they_say(lessons):
-    paths = re.findall(r"\*\*[^*]+\*\* \((\d+) minutes.*?(?=\n\*\*|\n## )", TEACHING, re.DOTALL)
-    texts = re.findall(r"\*\*[^*]+\*\* \(\d+ minutes(.*?)(?=\n\*\*|\n## )", TEACHING, re.DOTALL)
-    sums = [sum(int(lessons[name].minutes) for name in re.findall(r"\((\w+\.ipynb)\)", text)) for text in texts]
-    assert len(paths) == 2 and list(map(int, paths)) == sums
+def test_the_paths_of_teachers_take_the_minutes_that_they_say_and_have_what_each_lesson_needs_first(lessons):
+    paths = re.findall(r"\*\*[^*]+\*\* \((\d+) minutes(.*?)(?=\n\*\*|\n## )", TEACHING, re.DOTALL)
+    assert len(paths) == 2
+    for minutes, text in paths:
+        names = re.findall(r"\((\w+)\.ipynb\)", text)
+        assert int(minutes) == sum(int(lessons[f"{name}.ipynb"].minutes) for name in names)
+        for number, name in enumerate(names):
+            missing = set(lessons[f"{name}.ipynb"].needs) - set(names[:number])
+            assert not missing, f"{name} needs {missing} first"
 
 
 def test_every_mixup_of_the_catalogue_is_told_with_its_reason_and_lesson(lessons):
