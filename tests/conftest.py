@@ -61,7 +61,7 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 def pytest_xdist_auto_num_workers(config):
-    """One process more than cores: browser, hub and LibreOffice let theirs wait."""
+    """One process more than cores: browser and LibreOffice let theirs wait."""
     return os.cpu_count() + 1
 
 

@@ -2,7 +2,7 @@
 
 Answers are judged again from what the notebooks store, so an edited verdict shows, and no student's code is run. A
 right answer copied from a neighbour cannot be told from any other. `handed_in` assigns files to students,
-`judged` judges one file, `grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
+`judged` judges one file, and `grade_page` writes the report.
 """
 
 from __future__ import annotations
@@ -81,7 +81,6 @@ class Result:
     changed: list[tuple[str, str, str]] = field(default_factory=list)
     lessons: set[str] = field(default_factory=set)  # numbers of the lessons handed in
     unknown: dict[str, str] = field(default_factory=dict)  # exercise not defined here → its status in the notebook
-    reran: dict[str, str] = field(default_factory=dict)  # exercise → status when run, if it is not the saved one
     numbers: set[str] = field(default_factory=set)  # whose drawn numbers were used; "" for those of the lesson
     works: list[Work] = field(default_factory=list)  # (kind, file, content) to compare with other students'
     notebooks: int = 0
@@ -100,7 +99,7 @@ class Class:
     exercises: list[str]  # those that count
     rules: Rules
     same: list[tuple[str, str, list[str]]] = field(default_factory=list)  # (kind, file, students)
-    notes: list[str] = field(default_factory=list)  # steps that were not done, or not bounded
+    notes: list[str] = field(default_factory=list)  # what was not done
 
     def solved(self, result: Result) -> list[str]:
         """Return the exercises that a student has solved."""
@@ -142,15 +141,13 @@ def grade(
     rules: Rules | None = None,
     *,
     lessons: Path | str | None = None,
-    rerun: Callable[[Path], Path] | None = None,
     kept: Kept | None = None,
     progress: Callable[[int, int, str], object] | None = None,
 ) -> Class:
     """Judge the work of a class, in a folder laid out as `handed_in` describes; return a `Class`.
 
     `lessons` is the folder of the notebooks as handed out, by default the course's; their content is no student's
-    work. ``rerun(path)`` executes a notebook and returns the path of the result; see `rerun.Place`. `kept`, a
-    `kept.Kept`, has the records of earlier verdicts. After each workbook, and each notebook that is run,
+    work. `kept`, a `kept.Kept`, has the records of earlier verdicts. After each workbook
     ``progress(done, total, name)`` is called. An empty folder is an `InputError`; a bad file goes into its
     student's `trouble`.
     """
@@ -162,9 +159,9 @@ def grade(
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
         course = _handed_out(handed_out)
-        slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
+        slow, done = sum(len(each.workbooks) for each in students), count(1)
         step = (lambda name: progress(next(done), slow, name)) if progress else str
-        results = [_student(each, course, rerun, kept, step) for each in students]
+        results = [_student(each, course, kept, step) for each in students]
     _say_whose_numbers(results)
     same = _same(results)
     missing = set(rules.students) - {each.name for each in results}
@@ -217,13 +214,7 @@ def lesson_of(name: str) -> str:
     return name.split("-")[0]
 
 
-def _student(
-    student: Student,
-    handed_out: set[str],
-    rerun: Callable[[Path], Path] | None,
-    kept: Kept,
-    step: Callable[[str], object],
-) -> Result:
+def _student(student: Student, handed_out: set[str], kept: Kept, step: Callable[[str], object]) -> Result:
     """Judge one student's files; `handed_out` are the digests of the course's files and of its cells."""
     result, begun = Result(student.name, trouble=list(student.refused)), time.process_time()
     tried: Tried = {}
@@ -239,8 +230,6 @@ def _student(
                 if kind == "a notebook":
                     found = _notebook(path, content, tried, kept)
                     _add_notebook(result, path, content, found, handed_out)
-                    if rerun:
-                        result.reran |= _run_differently(path, content, found, rerun, kept)
                 elif content not in handed_out:
                     _add_workbook(result, path, content, _workbook(path, content, kept))
         except InputError as error:
@@ -251,7 +240,7 @@ def _student(
             result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
         except OSError as error:
             result.trouble.append((path.name, error.strerror or str(error)))
-        if rerun or kind == "a workbook":
+        if kind == "a workbook":
             step(f"{student.name}: {path.name}")
     kept.commit()
     if not (result.notebooks or result.workbooks or result.trouble):
@@ -279,19 +268,6 @@ def _workbook(path: Path, content: str, kept: Kept) -> Workbook:
     if found.verdict != DAMAGED:  # which may differ where LibreOffice is installed
         kept.put("workbook", content, found)
     return found
-
-
-def _run_differently(
-    path: Path, content: str, found: Notebook, rerun: Callable[[Path], Path], kept: Kept
-) -> dict[str, str]:
-    """Exercise → status when the notebook is run, where it is not the saved one."""
-    before = {each.name: each.status for each in found.verdicts}
-    after = kept.get("run", content)
-    if after is None:
-        after = {each.name: each.status for each in judged.notebook(rerun(path), {}).verdicts}
-        kept.put("run", content, after)
-    run = {name: after.get(name, OPEN) for name in before.keys() | after.keys()}
-    return {name: status for name, status in run.items() if status != before.get(name, OPEN)}
 
 
 def _add_notebook(result: Result, path: Path, content: str, found: Notebook, handed_out: set[str]) -> None:

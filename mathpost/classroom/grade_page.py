@@ -105,8 +105,6 @@ def _attention(graded: Class, language: str) -> Iterator[tuple[str, str, str, st
             yield result.name, name, EDITED, ("。" if language == "zh" else ". ").join(said)
         for name, status in result.unknown.items():
             yield result.name, name, "not judged: the exercise is not defined here", say(language, status)
-        for name, status in result.reran.items():
-            yield result.name, name, "different when the notebook is run", say(language, status)
         for book in result.workbooks:
             if book.verdict == "unclear" and not book.why:
                 yield result.name, book.name, "workbook not judged to the end", f"{book.checked}/{book.total}"

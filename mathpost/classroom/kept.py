@@ -51,17 +51,16 @@ class Kept:
         self._database.commit()
 
     def get(self, kind: str, content: str) -> Any:
-        """Return the record of a kind ("notebook", "workbook", "run") by the digest of the content, or None."""
+        """Return the record of a kind ("notebook", "workbook") by the digest of the content, or None."""
         row = self._database.execute("SELECT record FROM kept WHERE key = ?", (f"{kind} {content}",)).fetchone()
         try:
             return row and _READ[kind](json.loads(row[0]))
         except (ValueError, TypeError, KeyError, AttributeError):
             return None
 
-    def put(self, kind: str, content: str, record: Notebook | Workbook | dict[str, str]) -> None:
+    def put(self, kind: str, content: str, record: Notebook | Workbook) -> None:
         """Keep a record."""
-        data = record if isinstance(record, dict) else asdict(record)
-        row = (f"{kind} {content}", edition(), json.dumps(data))
+        row = (f"{kind} {content}", edition(), json.dumps(asdict(record)))
         self._database.execute("INSERT OR REPLACE INTO kept VALUES (?, ?, ?)", row)
 
 
@@ -95,4 +94,4 @@ def _notebook(data: dict[str, Any]) -> Notebook:
     return Notebook(tuple((name, digest) for name, digest in data["given"]), verdicts, data["answers"], cells)
 
 
-_READ = {"notebook": _notebook, "workbook": lambda data: Workbook(**data), "run": dict}
+_READ = {"notebook": _notebook, "workbook": lambda data: Workbook(**data)}

@@ -5,7 +5,6 @@ import sys
 
 from mathpost.classroom import grade, grade_page
 from mathpost.classroom.kept import Kept
-from mathpost.classroom.rerun import Place
 from mathpost.files import write_text
 from mathpost.shell.options import FILE, LANGUAGE, OUTPUT, show_progress
 
@@ -23,21 +22,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--rules", **FILE, help="points, weights and who should hand in, TOML")
     add("--lessons", **FILE | {"metavar": "FOLDER"}, help="what was handed out (default: the course)")
     add("--language", **LANGUAGE)
-    add("--rerun", action="store_true", help="run the notebooks, too, in a bounded place")
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the report; return 1 if something was not read or a verdict does not fit its answer."""
     rules = grade.read_rules(options.rules) if options.rules else None
-    place = Place() if options.rerun else None
     report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
     among = options.folder.resolve() in report.resolve().parents
     kept = Kept(None if among else report.with_name(f"{report.name}.judged"))
-    how = {"lessons": options.lessons, "rerun": place, "kept": kept, "progress": show_progress}
-    graded = grade.grade(options.folder, rules, **how)
+    graded = grade.grade(options.folder, rules, lessons=options.lessons, kept=kept, progress=show_progress)
     if among:
         graded.notes.append("Nothing was kept for the next time: the report is among the files handed in.")
-    graded.notes += place.open if place else ["No notebook was run."]
+    graded.notes.append("No notebook was run.")
     for note in graded.notes:
         print(note, file=sys.stderr)
     page, table = (report.with_name(report.name + suffix) for suffix in (".html", ".csv"))

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from html import escape
@@ -10,12 +11,12 @@ from typing import Any
 
 import ipywidgets as widgets
 
+from mathpost.classroom.handed_in import unzip
 from mathpost.controls import control
 from mathpost.course.lesson_data import data
 from mathpost.errors import InputError
 from mathpost.files import write_bytes
 from mathpost.shell.main import option_actions
-from mathpost.workbench.drop import Drop
 
 SHIPPED = {  # files that come with the package, by the option that takes them
     "cl": "cl/*.cl",
@@ -30,7 +31,9 @@ NAMED: dict[str, Callable[[], list[str]]] = {  # names to choose from, besides a
     "TASK": lambda: ["zxz", "sequence", "nc"],
 }
 UNITS = {"MM": "mm", "DEG": "°"}
-# An app of voila is for people who may not read the server's files: theirs are dropped, and downloaded.
+UPLOADED = "at most 10 MB"  # a message of Jupyter's, which brings all files of an upload
+NOT_IN_NAMES = re.compile(r'[<>:"|?*\x00-\x1f\x7f]')  # of files on some system
+# An app of voila is for people who may not read the server's files: theirs are uploaded, and downloaded.
 IS_APP = os.environ.get("SERVER_SOFTWARE", "").startswith("voila")
 LABEL, FIELD = "120px", "340px"
 STYLE = {"description_width": LABEL}
@@ -68,7 +71,7 @@ class Option:
         return isinstance(self.action, argparse._AppendAction)
 
     def words(self, folder: Path) -> list[str]:
-        """Return the words; dropped files are written into `folder`."""
+        """Return the words; uploaded files are written into `folder`."""
         value = self.field.value
         if isinstance(value, bool) or value is None:
             return [self.name] * bool(value)
@@ -84,7 +87,7 @@ class Option:
 
 
 class FileOption(Option):
-    """A control for a file, or several: dropped, by its path, or the name of one that comes with the package.
+    """A control for a file, or several: uploaded, by its path, or the name of one that comes with the package.
 
     A value that is a dictionary, name → text, contains files that are there at the start: those drawn in a lesson.
     """
@@ -92,15 +95,19 @@ class FileOption(Option):
     shipped: dict[str, Path]  # that come with the package, by name
 
     def __init__(self, action: argparse.Action, value: Any = None) -> None:
-        several = action.nargs in ("*", "+") or action.metavar == "FILE_OR_FOLDER"
+        self.is_folder = action.metavar == "FILE_OR_FOLDER"
         drawn = value if isinstance(value, dict) else {}
         super().__init__(action, None if drawn else value)
-        self.drop = Drop(self.field.description, several)
-        if drawn:
-            self.drop.put({name: text.encode() for name, text in drawn.items()})
-            self._name()
-        self.drop.observe(self._name, "changes")
-        self.box.children = (self.field, self.drop, *self.box.children[1:])
+        several = self.is_folder or action.nargs in ("*", "+")
+        bound = UPLOADED + ", or a folder as one .zip" * self.is_folder + "; more by its path" * (not IS_APP)
+        self.upload = widgets.FileUpload(
+            description=f"Upload {self.field.description}", multiple=several, layout=widgets.Layout(width="180px"),
+            tooltip=bound,
+        )  # fmt: skip
+        self.files: dict[str, bytes] = {}
+        self.put({name: text.encode() for name, text in drawn.items()})
+        self.upload.observe(self._came, "value")
+        self.box.children = (self.field, self.upload, *self.box.children[1:])
 
     def _made(self, label: str, value: Any) -> widgets.Widget:
         pattern = SHIPPED.get(self.action.dest)
@@ -113,16 +120,21 @@ class FileOption(Option):
             style=STYLE, layout=widgets.Layout(width=FIELD, flex="0 0 auto"),
         )  # fmt: skip
 
-    def _name(self, _change: Any = None) -> None:
-        """Name the dropped files in the field, which counts until something else is typed there."""
-        self.field.value = self._named()
+    def _came(self, _change: Any) -> None:
+        self.put({_inside(each["name"]): bytes(each["content"]) for each in self.upload.value})
+
+    def put(self, files: dict[str, bytes]) -> None:
+        """Hold files; the field names them, and they count until something else is typed there."""
+        self.files = dict(sorted(files.items()))
+        if self.files:
+            self.field.value = self._named()
 
     def _named(self) -> str:
-        names = list(self.drop.files)
-        return names[0] if len(names) == 1 else f"{len(names)} files" * bool(names)
+        names = list(self.files)
+        return names[0] if len(names) == 1 else f"{len(names)} files"
 
     def _is_held(self) -> bool:
-        return bool(self.drop.files) and self.field.value.strip() == self._named()
+        return bool(self.files) and self.field.value.strip() == self._named()
 
     def words(self, folder: Path) -> list[str]:
         """Return the paths, with the option's name before each that has one."""
@@ -132,15 +144,23 @@ class FileOption(Option):
         return [str(path) if self.positional else f"{self.name}={path}" for path in paths]
 
     def paths(self, folder: Path) -> list[Path]:
-        """Return the paths of the files that the field names; those that were dropped are written into `folder`."""
+        """Return the paths of the files that the field names; those that were uploaded are written into `folder`.
+
+        A zip, which stands for a folder, is unpacked there.
+        """
         text = self.field.value.strip()
-        files = self.drop.whole()
         if self._is_held():
-            return [_written(folder / self.action.dest / name, content) for name, content in files.items()]
+            held = [_written(folder / self.action.dest / name, content) for name, content in self.files.items()]
+            zips = [path for path in held if self.is_folder and path.suffix.lower() == ".zip"]
+            for path in zips:
+                unzip(path, path.with_suffix(""))
+                path.unlink()
+            return [folder / self.action.dest] if zips else held
         names = [name.strip() for name in (text.split(";") if self.action.nargs else [text]) if name.strip()]
         if IS_APP:
-            for name in set(names) - {*self.shipped, *(Path(each).stem for each in self.shipped)}:
-                raise InputError(self.action.dest, "a file that is dropped, or one of the list", repr(name))
+            listed = {*self.shipped, *(Path(each).stem for each in self.shipped)}
+            for name in (each for each in names if each not in listed):
+                raise InputError(self.action.dest, "a file that is uploaded, or one of the list", repr(name))
         if self.action.metavar in NAMED:
             return [self.shipped.get(name, Path(name)) for name in names]
         return [self.shipped.get(name, Path(name)) if not Path(name).exists() else Path(name) for name in names]
@@ -148,12 +168,18 @@ class FileOption(Option):
     def content(self) -> bytes | None:
         """Return the content of the one file that the field names, None if there is none."""
         if self._is_held():
-            return next(iter(self.drop.files.values())) if len(self.drop.files) == 1 else None
+            return next(iter(self.files.values())) if len(self.files) == 1 else None
         with suppress(InputError):  # which a run reports
             paths = self.paths(Path())
             found = self.shipped.get(f"{paths[0]}.toml", paths[0]) if len(paths) == 1 else None
             return found.read_bytes() if found is not None and found.is_file() else None
         return None
+
+
+def _inside(name: str) -> str:
+    """Return the name of a file as one that stays inside a folder on every system."""
+    last = NOT_IN_NAMES.sub("_", re.split(r"[/\\]", name)[-1]).strip()
+    return last if last.strip(".") else "file"
 
 
 def _written(path: Path, content: bytes) -> Path:

@@ -1,6 +1,7 @@
 """A command of the shell as a panel: its options as controls, run and cancel, results, downloads."""
 
 import base64
+import os
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -13,7 +14,6 @@ from IPython.display import display
 
 from mathpost.errors import MathpostError
 from mathpost.files import read_text, write_bytes
-from mathpost.workbench.drop import MEGABYTE
 from mathpost.workbench.options import IS_APP, Option, options
 from mathpost.workbench.run import Made, Run
 
@@ -24,7 +24,7 @@ WITHOUT_PYTHON = """.jp-OutputArea:has(.mathpost-panel:not(.jupyter-widgets-disc
 .jp-OutputArea:has(.mathpost-sentence) .jp-OutputArea-child + * .jp-OutputArea-output:not(:has(*)),
 .mathpost-panel.jupyter-widgets-disconnected { display: none }
 .mathpost-sentence { padding: 8px 12px; border: 1px dashed #bbb; max-width: 560px }"""
-LARGEST = 32 * MEGABYTE  # of a download; more is saved to a folder
+LARGEST = 32 * 2**20  # bytes of a download; more is saved to a folder
 WIDE = widgets.Layout(width="100%")
 
 
@@ -115,7 +115,7 @@ class Panel(Shown):
             words = self.words(run.folder)
         except MathpostError as error:
             run.clear()
-            self.tell(str(error), "wrong")
+            self.tell(str(error).removeprefix(f"{run.folder}{os.sep}"), "wrong")
             return
         self.run.disabled, self.cancel.disabled, self.bar.value = True, False, 0
         self.begun = time.monotonic()

@@ -50,7 +50,7 @@ class PostPanel(Panel):
         self.section("Travel, rates and accelerations of the axes", self.axes)
         machine: Any = self["machine"]
         machine.field.observe(lambda _: self._show_axes(), "value")
-        machine.drop.observe(lambda _: self._show_axes(), "changes")
+        machine.upload.observe(lambda _: self._show_axes(), "value")
         self._show_axes()
 
     def _show_axes(self) -> None:

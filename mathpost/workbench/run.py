@@ -95,7 +95,7 @@ def _work(connection: Connection, work: Callable, words: list[str], folder: Path
     def say(stage: str = "", done: int = 0, total: int = 0, row: str = "") -> None:
         connection.send(("told", (stage, done, total, named(row))))
 
-    def named(text: str) -> str:  # a dropped file is called by its name alone
+    def named(text: str) -> str:  # an uploaded file is called by its name alone
         return re.sub(f"{re.escape(str(folder))}{re.escape(os.sep)}\\w+{re.escape(os.sep)}", "", text)
 
     try:

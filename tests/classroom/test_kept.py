@@ -123,19 +123,6 @@ def test_what_a_student_calls_a_record_is_none(folder, tmp_path, capsys):
     assert WRONG in (folder / "report.csv").read_text(encoding="utf-8")
 
 
-def test_a_notebook_is_run_again_only_if_it_is_new(folder, tmp_path):
-    ran = []
-
-    def rerun(path):
-        ran.append(path.parent.name)
-        return path
-
-    for expected in (6, 0):
-        ran.clear()
-        grade(folder, rerun=rerun, kept=Kept(tmp_path / "kept"))
-        assert len(ran) == expected
-
-
 def test_the_bound_of_answers_holds_with_records_too(tmp_path, monkeypatch):
     monkeypatch.setattr(judged, "MOST_DIFFERENT", 1)
     for number in range(2):

@@ -1,6 +1,7 @@
 """Panels driven as their user drives them, without a browser: set values, press, look at what is said."""
 
 import argparse
+import datetime
 import functools
 import io
 import itertools
@@ -24,6 +25,7 @@ from mathpost.workbench.panel import SENTENCE
 from mathpost.workbench.run import Made, parsed
 from tests.conftest import DATA
 
+NOW = datetime.datetime(2026, 1, 1, tzinfo=datetime.UTC)
 GIVEN = {  # to a panel of each kind
     "post": dict(cl="blade.cl", machine="dmu50v.toml"),
     "check": dict(path="right.xlsx"),
@@ -49,9 +51,12 @@ def inside(widget):
         yield from inside(child)
 
 
-def dropped(panel, name, files):
-    """Put files, by name, into an option, as they have arrived."""
-    panel[name].drop.put(files)
+def uploaded(panel, name, files):
+    """Upload files, by name, into an option."""
+    panel[name].upload.value = [
+        {"name": each, "type": "", "size": len(content), "content": memoryview(content), "last_modified": NOW}
+        for each, content in files.items()
+    ]
 
 
 def said(panel):
@@ -109,10 +114,10 @@ def test_an_option_that_is_new_in_the_shell_is_new_in_the_panel(monkeypatch, tmp
 
 
 def test_the_program_is_the_shells_byte_for_byte(tmp_path):
-    """A CL file dropped, B's travel changed: against the shell on a machine file that was changed by hand."""
+    """A CL file uploaded, B's travel changed: against the shell on a machine file that was changed by hand."""
     before = left()
     panel = workbench.post(machine="dmu50v.toml", compare=False)
-    dropped(panel, "cl", {"wing.cl": (DATA / "cl/blade.cl").read_bytes()})
+    uploaded(panel, "cl", {"wing.cl": (DATA / "cl/blade.cl").read_bytes()})
     panel.axes.cells["B"]["from"].value = "-25"
     panel.start()
     panel.wait()
@@ -208,34 +213,55 @@ def test_numbers_of_axes_go_into_the_file_and_what_was_not_changed_stays(tmp_pat
     assert panel.axes.cells["B"]["from"].value == "-35", "a different machine, different numbers"
 
 
-def test_what_was_dropped_is_used_until_something_else_is_typed(tmp_path):
+def test_what_was_uploaded_is_used_until_something_else_is_typed(tmp_path):
     panel = workbench.post(cl="blade.cl", machine="dmu50v.toml")
-    dropped(panel, "cl", {"mine.cl": b"GOTO/0,0,0"})
+    uploaded(panel, "cl", {"mine.cl": b"GOTO/0,0,0"})
     (path,) = panel["cl"].paths(tmp_path)
     assert path == tmp_path / "cl/mine.cl" and path.read_bytes() == b"GOTO/0,0,0"
     panel["cl"].field.value = "blade.cl"
     assert panel["cl"].paths(tmp_path)[0].samefile(DATA / "cl/blade.cl")
-    dropped(panel, "cl", {})
-    assert panel["cl"].field.value == ""
 
 
-def test_a_machine_that_is_dropped_again_shows_its_new_numbers():
+def test_a_machine_that_is_uploaded_again_shows_its_new_numbers():
     panel = workbench.post(cl="blade.cl")
     text = (DATA / "machines/dmu50v.toml").read_bytes()
     for low in (b"0", b"9"):
-        dropped(panel, "machine", {"mine.toml": text.replace(b"limits = [0, 180]", b"limits = [%s, 180]" % low)})
+        uploaded(panel, "machine", {"mine.toml": text.replace(b"limits = [0, 180]", b"limits = [%s, 180]" % low)})
         assert panel.axes.cells["B"]["from"].value == low.decode()
 
 
-def test_nothing_runs_before_all_has_arrived():
-    before = left()
-    panel = workbench.post(cl="blade.cl", machine="dmu50v.toml")
-    panel["cl"].drop.offer([("mine.cl", 3 * 2**20)])
-    panel["cl"].drop.piece("mine.cl", 0, bytes(2**20))
+@pytest.mark.parametrize(
+    ("name", "inside"),
+    [
+        ("../../evil.cl", "evil.cl"),
+        ("..\\C:\\evil.cl", "evil.cl"),
+        ("a\nb\0.cl", "a_b_.cl"),
+        ("刀位.cl", "刀位.cl"),
+        ("..", "file"),
+    ],
+)
+def test_the_name_of_a_file_stays_inside_its_folder(name, inside, tmp_path):
+    panel = workbench.post(machine="dmu50v.toml")
+    uploaded(panel, "cl", {name: b"1"})
+    assert panel["cl"].paths(tmp_path) == [tmp_path / "cl" / inside] and (tmp_path / "cl" / inside).is_file()
+
+
+def test_a_folder_comes_as_a_zip(tmp_path):
+    """Beside a workbook; one that leads out of its folder is refused before anything runs."""
+    content, before = io.BytesIO(), left()
+    with zipfile.ZipFile(content, "w") as packed:
+        packed.write(DATA / "workbooks/lucky.xlsx", "late/lucky.xlsx")
+    files = {"class.zip": content.getvalue(), "right.xlsx": (DATA / "workbooks/right.xlsx").read_bytes()}
+    panel = workbench.check()
+    uploaded(panel, "path", files)
+    made, _ = worked(panel, tmp_path)
+    assert made.said == "2 workbooks: 1 right, 1 wrong"
+    with zipfile.ZipFile(content, "w") as packed:
+        packed.writestr("../evil.xlsx", b"")
+    uploaded(panel, "path", {"class.zip": content.getvalue()})
     panel.start()
     text, colour = said(panel)
-    assert colour == "wrong" and panel.thread is None and left() == before
-    assert text == "mine.cl: expected a file that has arrived (wait, or drop it again), found 1.0 of 3.0 MB"
+    assert colour == "wrong" and "path/class.zip: expected names inside" in text and left() == before
 
 
 def goes_on(options, say, folder):
@@ -292,11 +318,11 @@ def worked(panel, folder):
 
 
 def test_a_class_of_workbooks_becomes_a_table_that_opens(tmp_path):
-    """Dropped: right, wrong, and one that is no workbook; against the shell's own words."""
+    """Uploaded: right, wrong, and one that is no workbook; against the shell's own words."""
     names = ("right.xlsx", "lucky.xlsx", "missing_transpose.xlsx")
     files = {name: (DATA / "workbooks" / name).read_bytes() for name in names} | {"torn.xlsx": b"torn"}
     panel = workbench.check()
-    dropped(panel, "path", files)
+    uploaded(panel, "path", files)
     made, (head, *rows) = worked(panel, tmp_path)
     assert "first wrong cell" in head and len(rows) == 4 and made.fine is None
     assert made.said == "4 workbooks: 1 not read, 1 right, 2 wrong"
@@ -330,7 +356,7 @@ def test_readings_become_files_and_the_worst_is_named(tmp_path):
     lines[number] = ",".join([*others, str(float(last) + 0.05)])
     (tmp_path / "b").mkdir()
     moved = workbench.calibrate(machine="ac_table.toml")
-    dropped(moved, "readings", {"moved.csv": "\n".join(lines).encode()})
+    uploaded(moved, "readings", {"moved.csv": "\n".join(lines).encode()})
     made, _ = worked(moved, tmp_path / "b")
     assert made.fine is False and list(made.files) == ["report.txt"]
     assert f"moved.csv, line {number + 1}, column" in made.pages["Readings"].split("</p>")[0]
@@ -363,7 +389,7 @@ def test_a_program_of_any_post_is_verified_and_walked_through(tmp_path):
     right = program.read_text(encoding="utf-8")
     for text, fine in ((right, True), (right.replace("B+11.8172", "B-11.8172"), False)):
         panel = workbench.verify(machine="dmu50v.toml", cl="blade.cl")
-        dropped(panel, "program", {"mine.h": text.encode()})
+        uploaded(panel, "program", {"mine.h": text.encode()})
         (folder := tmp_path / str(fine)).mkdir()
         made, _ = worked(panel, folder)
         assert ("agrees with all 5 records" in made.said) is fine
@@ -379,27 +405,27 @@ def test_what_a_lesson_draws_is_there(number, tmp_path):
     files = [f"{tmp_path / 'part.cl'}", "--machine", f"{tmp_path / 'machine.toml'}"]
     assert main.main(["post", *files, "-o", f"{tmp_path / 'mine.h'}"]) == 0
     panel = workbench.verify(machine={"machine.toml": drawn.machine}, cl={"part.cl": drawn.cl})
-    dropped(panel, "program", {"mine.h": (tmp_path / "mine.h").read_bytes()})
+    uploaded(panel, "program", {"mine.h": (tmp_path / "mine.h").read_bytes()})
     (tmp_path / "run").mkdir()
     made, _ = worked(panel, tmp_path / "run")
     assert made.fine and "agrees with all 11 records" in made.said
 
 
 def test_an_app_looks_at_nothing_of_its_server(monkeypatch, tmp_path):
-    """Served by voila: what is dropped and what comes with the package, no path, and nothing is saved there."""
+    """Served by voila: what is uploaded and what comes with the package, no path, and nothing is saved there."""
     for module in ("options", "panel"):
         monkeypatch.setattr(f"mathpost.workbench.{module}.IS_APP", True)
     panel = workbench.post(cl="blade.cl", machine="dmu50v")
     assert parsed(panel.words(tmp_path)).cl.name == "blade.cl"
     panel["cl"].field.value = str(DATA / "cl/blade.cl")
-    with pytest.raises(InputError, match="cl: expected a file that is dropped, or one of the list"):
+    with pytest.raises(InputError, match="cl: expected a file that is uploaded, or one of the list"):
         panel.words(tmp_path)
     panel["cl"].field.value = "blade.cl"
     assert "--dialect=heidenhain" in panel.words(tmp_path / "named")
     panel["dialect"].field.value = str(DATA / "controls/fanuc.toml")
-    with pytest.raises(InputError, match="dialect: expected a file that is dropped, or one of the list"):
+    with pytest.raises(InputError, match="dialect: expected a file that is uploaded, or one of the list"):
         panel.words(tmp_path)
-    dropped(panel, "dialect", {"mine.toml": (DATA / "controls/fanuc.toml").read_bytes()})
+    uploaded(panel, "dialect", {"mine.toml": (DATA / "controls/fanuc.toml").read_bytes()})
     assert f"--dialect={tmp_path / 'dialect/mine.toml'}" in panel.words(tmp_path)
     panel.show(Made("done", {}, {"a.h": b"1"}))
     assert not hasattr(panel.found.children[0], "children")
