@@ -40,7 +40,7 @@ def test_a_panel_in_jupyterlab(page, by_hand, hand_ins):  # noqa: F811
     notebook, _ = run(page, "15_workbench")
     panel = page.locator(".mathpost-panel").first
     sentence = page.locator(f"#{notebook} .mathpost-sentence").first
-    page.locator(".mathpost-panel .widget-upload").last.wait_for(state="attached")  # no cell takes the keys any more
+    page.locator(".mathpost-panel .widget-upload").last.wait_for(state="attached")  # no cell takes keys any more
     with page.expect_file_chooser() as chooser:
         panel.get_by_role("button", name="Upload cl").press("Enter")
     chooser.value.set_files(DATA / "cl/blade.cl")
