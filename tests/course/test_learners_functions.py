@@ -1,4 +1,4 @@
-"""Lesson 06's own functions, as they stand in its cells, on a machine that no lesson programs: a nutating head."""
+"""Lesson 06's own functions, as they stand in its cells, on machines, arcs and poles that no lesson uses."""
 
 import json
 from itertools import pairwise
@@ -9,8 +9,10 @@ import pytest
 from mathpost.course.lesson_data import load
 from tests.conftest import ROOT
 
-CELLS = ("pole-candidates", "measure", "division", "division-2", "stations", "followed")
-HANGS = np.array([0, 0, 380.0])  # from the tip up to the point where both axes of the head meet, mm
+CELLS = (
+    "foot", "arriving", "pole-candidates", "measure", "division", "division-2", "followed", "stations",
+)  # fmt: skip
+POLE = np.array([0, 0, 1.0])
 
 
 def turned(axis, angle):
@@ -21,29 +23,65 @@ def turned(axis, angle):
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
 
 
-class Head:
-    """What the lesson asks of a machine, in NumPy: C about the vertical, B at 45° to it, X Y Z of the tip."""
+class Machine:
+    """What the lesson asks of a machine, in NumPy: C about the vertical, and a second axis in any direction.
 
-    workpiece_side = 3
+    `heads`, 0 to 2, is how many of the two carry the tool, `zero` the angle of the second one at the pole, `lever`
+    runs from the second axis to the part or the tip, `centre` is a point of C.
+    """
+
+    def __init__(self, axis, heads=2, zero=0.0, lever=(0, 0, -380.0), centre=(0, 0, 0), sense=1):
+        self.axis, self.heads, self.zero, self.sense = np.array(axis) / np.linalg.norm(axis), heads, zero, sense
+        self.lever, self.centre, self.workpiece_side = np.array(lever), np.array(centre), 3 if heads else 4
+        self.tool = turned(self.axis, -zero) @ POLE
+
+    @classmethod
+    def drawn(cls, rng):
+        lean, heading = rng.choice([np.pi / 2, rng.uniform(0.3, np.pi / 2)]), rng.uniform(0, 2 * np.pi)
+        axis = [np.sin(lean) * np.cos(heading), np.sin(lean) * np.sin(heading), np.cos(lean)]
+        zero = rng.choice([0, rng.uniform(-1, 1)])
+        lever, centre = rng.uniform(-200, 200, 3), rng.uniform(-50, 50, 3)
+        return cls(axis, rng.integers(3), zero, lever, centre, rng.choice([-1, 1]))
+
+    def turns(self, rotary):
+        c = self.workpiece_side - 3
+        return turned([0, 0, self.sense], rotary[..., c]), turned(self.axis, rotary[..., 1 - c])
 
     def forward(self, joints):
-        head = turned([0, 0, 1], joints[..., 3]) @ turned([0, 1, 1], joints[..., 4])
-        return joints[..., :3] + HANGS - head @ HANGS, head[..., 2]
+        (c, b), slides = self.turns(joints[..., 3:]), joints[..., :3]
+        lever, centre = self.lever[:, None], self.centre[:, None]
+        if self.heads == 2:
+            tip = slides[..., None] + c @ b @ lever - lever
+        elif self.heads == 1:
+            tip = c @ (slides[..., None] + b @ lever - lever - centre) + centre
+        else:
+            tip = c @ (b @ (slides[..., None] - lever) + lever - centre) + centre
+        return tip[..., 0], c @ b @ self.tool
 
     def close(self, tip, rotary):
-        head = turned([0, 0, 1], rotary[..., 0]) @ turned([0, 1, 1], rotary[..., 1])
-        return np.concatenate([tip - HANGS + head @ HANGS, rotary], axis=-1)
+        joints = np.concatenate([np.zeros((*np.shape(rotary)[:-1], 3)), rotary], axis=-1)
+        if self.heads == 2:
+            joints[..., :3] = tip - self.forward(joints)[0]
+            return joints
+        c, b = (np.swapaxes(each, -1, -2) for each in self.turns(joints[..., 3:]))
+        tip = c @ (np.asarray(tip) - self.centre)[..., None] + self.centre[:, None]
+        lever = self.lever[:, None]
+        slides = tip + lever - np.swapaxes(b, -1, -2) @ lever if self.heads else b @ (tip - lever) + lever
+        joints[..., :3] = slides[..., 0]
+        return joints
 
     def inverse(self, tip, axis):
-        i, j, k = axis
-        below = (i**2 + j**2 + (k - 1) ** 2) / 2
-        half = np.arctan2(np.sqrt(below), np.sqrt(1 - below))
+        r, below = 1 - self.axis[2] ** 2, np.sum((axis - POLE) ** 2) / 2  # k = 1 - r (1 - cos(b - zero))
+        psi = 2 * np.arctan2(np.sqrt(below), np.sqrt(max(2 * r - below, 0)))
         found = []
-        for b in (2 * half, -2 * half):
-            w = turned([0, 1, 1], b)[:, 2]
-            c = np.arctan2(w[0] * j - w[1] * i, w[0] * i + w[1] * j)
-            found.append(self.close(tip, np.array([c, b])))
+        for b in (self.zero + psi, self.zero - psi):
+            w = turned(self.axis, b) @ self.tool
+            c = self.sense * np.arctan2(w[0] * axis[1] - w[1] * axis[0], w[:2] @ axis[:2])
+            found.append(self.close(tip, np.array([c, b] if self.heads else [b, c])))
         return np.array(found)
+
+
+NUTATING = Machine([0, 1, 1])  # that of data/machines, in NumPy
 
 
 @pytest.fixture(scope="module")
@@ -51,60 +89,109 @@ def own():
     """The functions of the cells, by name."""
     notebook = json.loads((ROOT / "notebooks/06_singular_region.ipynb").read_text(encoding="utf-8"))
     source = {cell["id"]: "".join(cell["source"]) for cell in notebook["cells"]}
-    names = {"np": np, "pairwise": pairwise, "t": np.linspace(0, 1, 2001)}
+    names = {"np": np, "pairwise": pairwise}
     for cell in CELLS:
         exec(source[cell], names)
     return names
 
 
-def proved(own, kin, poses, tips, axes):
-    """The largest errors of tip and tool axis, mm and degrees, of the blocks between all poses."""
-    errors = []
-    for number, pair in enumerate(pairwise(poses)):
-        segment = tips[number : number + 2], axes[number : number + 2]
-        blocks = [pair[0], *own["through"](kin, *pair, segment)]
-        errors += [own["error"](kin, *two, segment) for two in pairwise(blocks)]
-    return np.max(errors, axis=0)
+def proved(own, kin, one, two, segment):
+    """All poses from one to the other, their tolerances proved by the lesson's measure and by one of ours."""
+    blocks = [one, *own["through"](kin, one, two, segment)]
+    tip, lean = np.max([own["error"](kin, *pair, segment) for pair in pairwise(blocks)], axis=0)
+    (P, Q), axes = segment
+    poses = np.concatenate([np.linspace(*pair, 31) for pair in pairwise(blocks)])
+    tips, tools = kin.forward(poses)
+    along, normal = Q - P, np.cross(*axes)
+    across = np.cross(tips - P, along) / np.linalg.norm(along) if along.any() else tips - P
+    out = np.degrees(np.arcsin(np.abs(tools @ normal) / max(np.linalg.norm(normal), 1e-12)))
+    assert max(tip, np.linalg.norm(across, axis=1).max()) <= 0.01 and max(lean, out.max()) <= 0.1
+    return blocks
 
 
-def test_the_head_is_that_of_the_package():
+def over_the_pole(first, last, beside=0.0, heading=0.0):
+    """Tool axes at two tilts in a plane that passes the pole at a distance, radians."""
+    tilt = np.array([first, last])
+    axes = [np.sin(tilt) * np.cos(beside), np.full(2, np.sin(beside)), np.cos(tilt) * np.cos(beside)]
+    return np.stack(axes, axis=1) @ turned(POLE, heading).T
+
+
+def test_the_nutating_head_is_that_of_the_package():
     kin, poses = load("nutating_head"), np.random.default_rng(3).uniform(-2, 2, (50, 5))
-    for ours, theirs in zip(Head().forward(poses), kin.forward(poses), strict=True):
+    for ours, theirs in zip(NUTATING.forward(poses), kin.forward(poses), strict=True):
         assert ours == pytest.approx(theirs, abs=1e-9)
     tip, axis = kin.forward(poses[0])
-    assert Head().inverse(tip, axis) == pytest.approx(kin.inverse(tip, axis), abs=1e-9)
+    assert NUTATING.inverse(tip, axis) == pytest.approx(kin.inverse(tip, axis), abs=1e-9)
+
+
+def test_many_machines_arcs_and_poles(own, of):
+    """The pole at a record, within an arc, 1e-13 to 0.1 rad beside it; both branches, and changed at the pole."""
+    for seed in range(of(12, 500)):
+        rng = np.random.default_rng(seed)
+        kin, place = Machine.drawn(rng), rng.choice(["first", "last", "within", "beside"])
+        share = {"first": 0, "last": 1}.get(place, rng.uniform(0.02, 0.98))
+        reach = 0.9 * 2 * np.arccos(np.abs(kin.axis[2]))
+        size = min(np.radians(np.exp(rng.uniform(np.log(0.5), np.log(60)))), reach)
+        beside = 10 ** rng.uniform(-13, -1) if place == "beside" else 0.0
+        axes = over_the_pole(-share * size, (1 - share) * size, beside, rng.uniform(0, 2 * np.pi))
+        tips = rng.uniform(-80, 80, 3) + np.array([np.zeros(3), rng.uniform(-5, 5, 3) * rng.choice([0, 1])])
+        branch, other = rng.integers(2), beside < 1e-7 and rng.random() < 0.5
+        one, two = kin.inverse(tips[0], axes[0])[branch], kin.inverse(tips[1], axes[1])[branch ^ other]
+        if place == "first":
+            one = own["at_the_pole"](kin, tips[0], rng.uniform(-3, 3))
+        if place == "last":
+            two = own["at_the_pole"](kin, tips[1], rng.uniform(-3, 3))
+        blocks = proved(own, kin, one, two, (tips, axes))
+        assert np.concatenate(kin.forward(blocks[-1])) == pytest.approx(np.r_[tips[1], axes[1]], abs=1e-6), seed
+        assert len(blocks) < 500, seed
+
+
+@pytest.mark.parametrize("name", ["own", "dmu50v", "ac_table", "head_b_table_c"])
+@pytest.mark.parametrize("tilts", [(-15, 25), (-29.013, 31.02)])
+@pytest.mark.parametrize("beside", [-0.3, 0, 0.05])
+def test_machines_of_the_package_through_the_pole_and_beside_it(own, name, tilts, beside):
+    """Through it C turns as far as from station to station; beside it halving ends on every branch."""
+    kin = NUTATING if name == "own" else load(name)
+    tips, axes = np.array([[30, 0, 0], [31, 2, 0.0]]), over_the_pole(*np.radians(tilts), np.radians(beside))
+    one, two = (kin.inverse(tip, axis)[1] for tip, axis in zip(tips, axes, strict=True))
+    blocks = proved(own, kin, one, two, (tips, axes))
+    stations = [pose for _, pose in own["stations"](kin, one, two, (tips, axes))]
+    turned, least = (np.abs(np.diff(np.array(each)[:, kin.workpiece_side])).sum() for each in (blocks, stations))
+    assert beside or turned == pytest.approx(least, abs=1e-4)
+
+
+def test_the_limit_at_the_pole_is_that_of_smaller_and_smaller_arcs(own):
+    """On every machine: C of the inverse at 1e-3, 1e-4 … radians before the pole, extrapolated to 0."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        kin, heading = Machine.drawn(rng), rng.uniform(0, 2 * np.pi)
+        axes = over_the_pole(-0.2, 0.3, heading=heading)
+        one = kin.inverse(np.zeros(3), axes[0])[0]
+        near = [kin.inverse(np.zeros(3), over_the_pole(-s, 0.3, heading=heading)[0])[0] for s in (2e-3, 1e-3)]
+        c = [each[kin.workpiece_side] for each in near]
+        limit = own["arriving"](kin, one, axes, 0.4)
+        assert own["shorter"](limit - (2 * c[1] - c[0])) == pytest.approx(0, abs=2e-5)
 
 
 @pytest.mark.parametrize("width", [10, 40])
 @pytest.mark.parametrize("lowest", [-180, -1])
-def test_eleven_records_one_of_them_at_the_pole(own, width, lowest):
-    """With B to both sides C does not swing, with B from -1° it does; both keep 0.01 mm and 0.1°."""
-    kin, tilt = Head(), np.radians(np.linspace(-width, width, 11))
+@pytest.mark.parametrize("kin", [NUTATING, Machine([0, 1, 1], 0, lever=(50, 0, 0))], ids=["head", "table"])
+def test_eleven_records_one_of_them_at_the_pole(own, kin, width, lowest):
+    """With B to both sides C turns by no more than from the first record to the last; with B from -1° it swings."""
+    tilt, c = np.radians(np.linspace(-width, width, 11)), kin.workpiece_side
     axes = np.stack([np.sin(tilt) * np.cos(1.1), np.sin(tilt) * np.sin(1.1), np.cos(tilt)], axis=1)
     axes[5] = [0, 0, 1]
     tips = np.stack([np.linspace(30, 50, 11), np.linspace(-9, 9, 11) ** 2 / 9, np.zeros(11)], axis=1)
     poses = []
     for record in own["candidates"](kin, tips, axes):
-        inside = [pose for pose in record if pose[4] > np.radians(lowest)]
+        inside = [pose for pose in record if pose[7 - c] > np.radians(lowest)]
         before = poses[-1] if poses else inside[-1]
         for pose in inside:
-            pose[3] = before[3] + own["shorter"](pose[3] - before[3])
-        poses.append(min(inside, key=lambda pose: abs(pose[3] - before[3])))
-    tip, axis = proved(own, kin, poses, tips, axes)
-    assert tip <= 0.01 and axis <= 0.1
-    swing = np.degrees(np.abs(np.diff([pose[3] for pose in poses])).max())
-    assert (swing > 90) == (lowest == -1)
-
-
-@pytest.mark.parametrize("name", ["own", "dmu50v", "ac_table", "head_b_table_c"])
-@pytest.mark.parametrize("beside", [-0.3, -0.05, 0.05])
-@pytest.mark.parametrize("branch", [0, 1])
-def test_beside_the_pole_halving_ends(own, name, beside, branch):
-    """In the direction in which the branch goes, also where that is more than half a turn."""
-    kin = Head() if name == "own" else load(name)
-    along, off = np.radians([-15, 25]), np.radians(beside)
-    axes = np.stack([np.sin(along) * np.cos(off), [np.sin(off)] * 2, np.cos(along) * np.cos(off)], axis=1)
-    tips = np.array([[30, 0, 0], [31, 2, 0.0]])
-    one, two = (kin.inverse(tip, axis)[branch] for tip, axis in zip(tips, axes, strict=True))
-    tip, axis = proved(own, kin, [one, own["followed"](kin, one, two, axes)], tips, axes)
-    assert tip <= 0.01 and axis <= 0.1
+            pose[c] = before[c] + own["shorter"](pose[c] - before[c])
+        poses.append(min(inside, key=lambda pose: abs(pose[c] - before[c])))
+    for number, pair in enumerate(pairwise(poses)):
+        proved(own, kin, *pair, (tips[number : number + 2], axes[number : number + 2]))
+    turns = np.degrees(np.diff([pose[c] for pose in poses]))
+    assert (np.abs(turns).max() > 90) == (lowest == -1)
+    if lowest == -180:
+        assert np.abs(turns).sum() == pytest.approx(abs(turns.sum())), "no turn is taken back"
