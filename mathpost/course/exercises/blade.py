@@ -90,6 +90,8 @@ def not_lowest(low: float) -> str:
     """Say why B from `low` does not avoid the swing, or that less travel does, too."""
     if not -180 <= low <= 180:
         return "Give a limit of B in degrees, between -180 and 180."
+    if low > 0:
+        return "That is how far B has to go below zero. The limit itself is a negative angle."
     rounded = low - ROUNDED, low + ROUNDED
     swing, swing_with_less = (largest_swing(with_travel(load("dmu50v"), bound, 180)) for bound in rounded)
     if swing > SWING:

@@ -19,6 +19,7 @@ from mathpost.sources.yu_dan import equation_8
 
 
 @define("05-turn", Angle(decimals=2))
+@slip("longitude", lambda: np.degrees(np.arctan2(0.36, -0.48)))
 def turned(branch=0, column=4, swapped=False):
     """The sine product i·sin A is negative, and so is the cosine product −j·sin A: C lies in the third quadrant."""
     angle = load("ac_table").inverse([0, 0, 0], [-0.48, 0.36, 0.8], degrees=True)[branch, column]
@@ -42,12 +43,18 @@ AXIS = (0.720216, -0.330099, 0.610183)
     Joints(kinematics=lambda: load("bc_table"), unit="degrees"),
     detective=lambda angles: explain_joints(load("bc_table"), AXIS, np.round(angles, 3)),
 )
-def both_angles(name="bc_table", signs=(1, 1)):
+@slip("arcsine", lambda: both_angles(angles=lambda b, c: (90 - b, c)))
+@slip("exchanged", lambda: both_angles(angles=lambda b, c: (b, 90 - c)))
+def both_angles(name="bc_table", signs=(1, 1), angles=None):
     """Either branch is right, and C may stand whole turns away: what counts is the tool axis that they make."""
-    return load(name).inverse([0, 0, 0], AXIS, degrees=True)[0, 3:] * signs
+    found = load(name).inverse([0, 0, 0], AXIS, degrees=True)[0, 3:] * signs
+    return angles(*found) if angles else found
 
 
 @define("05-reach", Number(decimals=0, unit="degrees"))
+@slip("from the horizontal", lambda: reach(slant=90 - 50))
+@slip("once", lambda: 90 + 5)
+@slip("less", lambda: 180 - 50)
 def reach(slant=50, turn=180):
     """The tool goes round the tilted axis on a cone; half a turn takes it twice the angle of the axis away."""
     slanted = with_axis(load("dmu50v"), axis=(0, np.sin(np.radians(slant)), np.cos(np.radians(slant))))
@@ -103,11 +110,11 @@ def count(low=-540, high=400):
 
 
 @define("05b-back", Number(decimals=3, unit="s"))
-def back(strategy="shortest", backwards=True):
+def back(strategy="shortest", backwards=True, low=-5):
     """Backwards the rule finds the best way. What it finds depends on the direction: it sees one step only."""
     order = slice(None, None, -1) if backwards else slice(None)
     path = cldata.from_arrays(blade().points[order], blade().axes[order])
-    return selection.choose(with_travel(load("dmu50v"), -5, 110), path, strategy, sway=np.inf).cost
+    return selection.choose(with_travel(load("dmu50v"), low, 110), path, strategy, sway=np.inf).cost
 
 
 def steps() -> list[list[list[int]]]:
@@ -159,6 +166,7 @@ def price(measure=singular.amplification):
 @slip("sine", inverse=lambda x: x)
 @slip("tangent", inverse=np.arctan)
 @slip("cosine", inverse=np.arccos)
+@slip("of d", lambda: 12 / 60)
 def speed(inverse=np.arcsin):
     """C may be five times as fast as the tool, so sin d is one fifth."""
     return np.degrees(inverse(12 / 60))
@@ -219,6 +227,7 @@ def slopes(dt=STEPS, records=((0, 1), (2, 3))):
 
 @define("06b-cubic", Number(decimals=3, unit="degrees"))
 @slip("straight", lambda: ROWS[1] + 0.25 * (ROWS[2] - ROWS[1]))
+@slip("four points", lambda: yu_dan.paper_cubic(ROWS, 0.25))
 def cubic(t=0.25, dt=STEPS):
     """A quarter of the time, and less than a quarter of the way: C is still gathering speed."""
     return yu_dan.clamped(ROWS, 1.0, dt)(t)
@@ -248,12 +257,12 @@ def lift(clearance=5):
 
 
 @define("06b-seconds", Vector(names="s60 s8", decimals=3, unit="s"))
-def seconds(acceleration=100, triangle=True):
+def seconds(acceleration=100, triangle=True, ramps=1):
     """From rest to rest: a trapezoid takes angle/rate + rate/acceleration, a triangle has no top."""
     times = []
     for angle in (60, 8):
         reached = angle * acceleration >= 36**2
-        trapezoid = angle / 36 + 36 / acceleration
+        trapezoid = angle / 36 + ramps * 36 / acceleration
         times.append(trapezoid if reached or not triangle else 2 * np.sqrt(angle / acceleration))
     return times
 
