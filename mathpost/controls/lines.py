@@ -27,9 +27,24 @@ class Line:
     statement: tuple[str, str] | None = None  # a meaning that takes the axes of the line, and its word
     tool: bool = False
     turned: bool = False  # whether the rotary axes turn to the plane
+    slides: bool = False  # and X Y Z with them, as far as the control likes
     choice: dict[str, str] = field(default_factory=dict)  # and to which position
+    defines: bool = False  # whether it defines a cycle, which has further words
     called: bool = False  # whether the cycle that is defined is done where the line goes
     in_machine: bool = False
+    waiting: dict[str, str] = field(
+        default_factory=dict
+    )  # text of each word that nothing has used so far, by its name
+
+    @property
+    def text(self) -> str:
+        """The statement and the words that wait for it."""
+        return " ".join(["" if self.statement is None else self.statement[1], *self.waiting.values()])
+
+    def used(self, *names: str) -> None:
+        """Words have been used, those whose names begin so."""
+        for name in [each for each in self.waiting if each.startswith(names)]:
+            del self.waiting[name]
 
 
 @dataclass

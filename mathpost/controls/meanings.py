@@ -36,7 +36,11 @@ def _counted(name: str, value: Any) -> Callable[[Lines, Line], None]:
 
 def _defined(**said: float) -> Callable[[Lines, Line], None]:
     """A cycle that is called later: of one that was defined before nothing holds."""
-    return lambda reader, line: setattr(reader, "defined", dict(said))
+
+    def define(reader: Lines, line: Line) -> None:
+        reader.defined, line.defines = dict(said), True
+
+    return define
 
 
 def _unit(reader: Lines, scale: float) -> None:
@@ -57,6 +61,11 @@ def _cycle(slow: bool) -> Callable[[Lines, Line], None]:
         reader.cycle = Drilling(height, slow)
 
     return begin
+
+
+def _move(reader: Lines, line: Line) -> None:
+    """The rotary axes turn to a plane, and X Y Z go along."""
+    line.turned = line.slides = True
 
 
 MODES = {
@@ -81,13 +90,13 @@ MODES = {
     "machine coordinates": _said("in_machine", True),
     "cycle call": _said("called", True),
     "turn": _said("turned", True),
+    "move": _move,
     "stay": _said("turned", False),
     "higher position": _said("choice", {"seq": "+"}),
     "lower position": _said("choice", {"seq": "-"}),
     "arc": lambda reader, line: setattr(line, "curve", line.curve or "arc"),
     "clockwise": _said("curve", "clockwise"),
     "counterclockwise": _said("curve", "counterclockwise"),
-    "argument": lambda reader, line: None,
 }
 
 
@@ -101,6 +110,7 @@ def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, st
 
     def shift(reader: Lines, line: Line, text: str) -> None:
         held = "shift" if reader.at.plane is None else "inner"  # on a tilted plane, along its axes
+        line.used("axis ")
         shift = np.zeros(3) if anew else getattr(reader.at, held).copy()
         for name, (value, counted) in line.axes.items():
             axis = reader.names.index(name)
@@ -117,6 +127,7 @@ def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, st
 
 def _home(reader: Lines, line: Line, text: str) -> None:
     """The axes that the line names, or all, go to where the control has its reference point: nobody knows here."""
+    line.used("axis ")
     named = [reader.names.index(name) for name in line.axes] or list(range(len(reader.names)))
     if reader.at.on_tip and min(named) < 3:
         named = [0, 1, 2, *(axis for axis in named if axis > 2)]
@@ -135,10 +146,13 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
             reader.at.words[:3] = np.nan
         return
     _leave(reader)
-    plane = plane_blocks.from_text(re.sub(r"\s(SEQ|SYM|MB|DIST|ABST|F\s*MAX|FMAX|F\d).*", "", text))
+    plane = plane_blocks.from_text(text)
+    line.used("axis ", "centre ", "argument", "feed")
     reader.at.change(plane=_in_mm(reader, plane))
     if line.turned:
         _turn_to(reader, line, **line.choice)
+    if line.slides:
+        reader.at.words[:3] = np.nan
 
 
 def _in_mm(reader: Lines, plane: Plane) -> Plane:
@@ -195,9 +209,12 @@ def _turn(reader: Lines, line: Line, text: str) -> None:
 
 def _plane_off(reader: Lines, line: Line, text: str) -> None:
     _leave(reader)
+    line.used("argument", "feed")
     if line.turned:
         _no_tcp(reader)
         reader.turn_to(reader.at.joints(), np.zeros(len(reader.names) - 3))
+    if line.slides:
+        reader.at.words[:3] = np.nan
 
 
 def _retract(reader: Lines, line: Line, text: str) -> None:
@@ -250,7 +267,8 @@ ASSUMED = {
 }
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
-OTHERS = ("skip", "flow", "zero", "tool", "tool number", "length", "speed", "work offset", "TCP on", "TCP off",
-          "TCP on with vectors",
-          "plane angle", "absolute axis", "incremental axis")  # fmt: skip
+OTHERS = ("skip", "argument", "flow", "zero", "tool", "tool number", "length", "speed", "work offset", "TCP on",
+          "TCP off", "TCP on with vectors", "plane angle", "absolute axis", "incremental axis")  # fmt: skip
+# How a plane is gone to: words that a line without a plane has no use for.
+POSITIONING = ("turn", "move", "stay", "higher position", "lower position")
 MEANINGS = (*MODES, *STATEMENTS, *sorted(NUMBERS), *MOTIONS, *ASSUMED, *OTHERS)

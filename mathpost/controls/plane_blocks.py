@@ -9,6 +9,11 @@ from mathpost.errors import NUMBER, InputError
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
 
 VECTOR_DECIMALS = 7  # the most that the control reads
+# Words of a PLANE block, or of cycle 19, that change how the axes get there and not where the plane is.
+POSITIONING = re.compile(
+    rf"(?<!\S)(?:TURN|MOVE|STAY|SEQ[-+]|SYM[-+]|(?:COORD|TABLE) ROT|F ?MAX|F ?AUTO"
+    rf"|MB ?MAX|(?:DIST|ABST|MB|F) ?{NUMBER})(?!\S)"
+)
 
 
 def _mode(order: str) -> int:
@@ -66,8 +71,8 @@ def to_text(
 def from_text(text: str, *, keep: str = "") -> Plane:
     """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
 
-    Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over. `InputError` names the line where a
-    word is missing, doubled or not a number, or where a second plane begins.
+    How the axes get there (STAY, MOVE, SEQ, F … of a PLANE block) is passed over. `InputError` names the line where
+    a word is missing, doubled, not a number or not one of the block, or where a second plane begins.
 
     Examples
     --------
@@ -77,17 +82,18 @@ def from_text(text: str, *, keep: str = "") -> Plane:
     plane, origin = None, np.zeros(3)
     for number, line in enumerate(text.splitlines(), 1):
         where, block = f"line {number}", re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
+        words = _Words(block, where)
         if not block:
             continue
-        if block.startswith("TRANS"):
-            origin = _words(block, "XYZ", where, optional=True)
-        elif plane and plane.notation == "CYCLE800 solid" and re.fullmatch(rf"AROT\s+Z\s*=?\s*{NUMBER}", block):
-            rest = _words(block, "Z", where)
-            plane = Plane(plane.notation, np.add(plane.values, [0, 0, rest[0]]), plane.origin)
+        if words.begin("TRANS DATUM AXIS", "TRANS"):
+            origin = words.take("XYZ", optional=True)
+        elif plane and plane.notation == "CYCLE800 solid" and words.begin("AROT"):
+            plane = Plane(plane.notation, np.add(plane.values, [0, 0, *words.take("Z")]), plane.origin)
         elif plane:
             raise InputError(where, "one plane only", repr(block))
         else:
-            plane = _read_plane(block, where, origin, keep)
+            plane = _read_plane(words, origin, keep)
+        words.done()
     if plane is None:
         raise InputError("text", "a block with G68.2, PLANE, CYCLE800 or AROT", repr(text))
     return plane
@@ -114,50 +120,75 @@ def swivel(text: str) -> tuple[bool, int]:
     return retract == 0, direction
 
 
-def _read_plane(block: str, where: str, origin: np.ndarray, keep: str) -> Plane:
-    if block.startswith("CYCLE800"):
-        return _read_cycle800(block, where)
-    if block.startswith("CYCL DEF 19.1"):
-        return Plane("PLANE SPATIAL", _words(block, "ABC", where, optional=True), origin, keep)
-    notations = ("G68.2", "PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR", "AROT RPY")
-    notation = next((each for each in notations if block.startswith(each.removesuffix(" RPY"))), "")
+class _Words:
+    """The words of a block: what nobody has taken in the end is refused."""
+
+    def __init__(self, block: str, where: str) -> None:
+        self.block, self.where, self.rest = block, where, block
+
+    def begin(self, *heads: str) -> str:
+        """Take what the block begins with; "" if it is none of `heads`."""
+        head = next((head for head in heads if re.match(rf"{re.escape(head)}(?![A-Z\d.])", self.rest)), "")
+        self.rest = self.rest.removeprefix(head)
+        return head
+
+    def take(self, words: Iterable[str], optional: bool = False) -> np.ndarray:
+        """Take the values of words; a missing one is 0 if `optional`."""
+        values = []
+        for word in words:
+            pattern = rf"(?<![A-Z]){word}\s*=?\s*({NUMBER})(?![\d.])"
+            found = re.findall(pattern, self.rest)
+            if len(found) > 1 or not (found or optional):
+                raise InputError(self.where, f"one word {word} with a number", f"{len(found)} in {self.block!r}")
+            values.append(float(found[0]) if found else 0.0)
+            self.rest = re.sub(pattern, " ", self.rest)
+        return np.array(values)
+
+    def drop(self, words: re.Pattern[str]) -> None:
+        """Take words that say nothing about the plane."""
+        self.rest = words.sub(" ", self.rest)
+
+    def done(self) -> None:
+        if rest := self.rest.split():
+            raise InputError(self.where, "no other words in a block of a plane", repr(" ".join(rest)))
+
+
+def _read_plane(words: _Words, origin: np.ndarray, keep: str) -> Plane:
+    if words.rest.startswith("CYCLE800"):
+        return _read_cycle800(words)
+    if words.begin("CYCL DEF 19.1"):
+        words.drop(POSITIONING)
+        return Plane("PLANE SPATIAL", words.take("ABC", optional=True), origin, keep)
+    if words.begin("G68.2"):
+        origin = words.take("XYZ", optional=True)
+        return Plane("G68.2", words.take(NOTATIONS["G68.2"].words), origin, keep)
+    if words.begin("AROT"):
+        return Plane("AROT RPY", words.take(NOTATIONS["AROT RPY"].words, optional=True), origin, keep)
+    notation = words.begin("PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR")
     if not notation:
-        raise InputError(where, "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT", repr(block))
-    if notation == "G68.2":
-        if re.search(r"P\s*\d", block):
-            raise InputError(where, "G68.2 with I J K, without P", repr(block))
-        origin = _words(block, "XYZ", where, optional=True)
-    values = _words(block, NOTATIONS[notation].words, where, optional=notation == "AROT RPY")
-    return Plane(notation, values, origin, keep)
+        expected = "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT"
+        raise InputError(words.where, expected, repr(words.block))
+    words.drop(POSITIONING)
+    return Plane(notation, words.take(NOTATIONS[notation].words), origin, keep)
 
 
-def _read_cycle800(block: str, where: str) -> Plane:
-    call = re.fullmatch(r"CYCLE800\s*\((.*)\)", block)
+def _read_cycle800(words: _Words) -> Plane:
+    call = re.fullmatch(r"CYCLE800\s*\(([^()]*)\)", words.rest)
     arguments = [argument.strip() for argument in call.group(1).split(",")] if call else []
-    if len(arguments) < 10:
-        raise InputError(where, "CYCLE800 with at least ten arguments", repr(block))
+    if not 10 <= len(arguments) <= 17:
+        raise InputError(words.where, "CYCLE800 with at least ten arguments, at most seventeen", repr(words.block))
+    words.rest = ""
     try:
         numbers = [float(argument or 0) for argument in arguments[3:13]]
     except ValueError:
-        raise InputError(where, "numbers after the swivel data record's name", repr(block)) from None
+        raise InputError(words.where, "numbers after the swivel data record's name", repr(words.block)) from None
     mode, origin, angles, shift = int(numbers[0]), numbers[1:4], numbers[4:7], [*numbers[7:], 0, 0, 0][:3]
     if mode >> 6 != 1 and mode not in MODES:
-        raise InputError(where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
+        raise InputError(words.where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
     values = angles if mode in MODES else [*angles[:2], 0.0]
     plane = Plane(MODES.get(mode, "CYCLE800 solid"), np.array(values), np.array(origin))
     # _X1 _Y1 _Z1 move the origin once more, along the axes as turned.
     return Plane(plane.notation, plane.values, plane.frame.point(np.array(shift)))
-
-
-def _words(block: str, words: Iterable[str], where: str, optional: bool = False) -> np.ndarray:
-    """The values of `words` in a block; a missing one is 0 if `optional`."""
-    values = []
-    for word in words:
-        found = re.findall(rf"(?<![A-Z]){word}\s*=?\s*({NUMBER})(?![\d.])", block)
-        if len(found) > 1 or not (found or optional):
-            raise InputError(where, f"one word {word} with a number", f"{len(found)} in {block!r}")
-        values.append(float(found[0]) if found else 0.0)
-    return np.array(values)
 
 
 def _number(value: float, decimals: int) -> str:

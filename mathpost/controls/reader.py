@@ -18,7 +18,7 @@ from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Coordinates, Setup
 from mathpost.controls.lines import Drilling, Line, plain, templates, tidy, tool_name, whole_number
-from mathpost.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, STATEMENTS
+from mathpost.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
@@ -151,10 +151,10 @@ class Lines(bulk.Reader):
         if self.own_lines.fullmatch(template):
             self.take_own(body)
             return
-        line, whole = Line(), body
+        line = Line()
         while body:
             if match := self.axis.match(body):
-                self.take_axis(line, match[1], match[2], "")
+                self.take_axis(line, match[1], match[2], "", match[0])
             elif (match := self.control.words.match(body)) and match[0]:
                 self.take_word(line, *self.control.words.meaning(match))
             elif match := self.feed_word.match(body):
@@ -166,7 +166,9 @@ class Lines(bulk.Reader):
         if skipped and (line.axes or line.statement):
             raise self.error("a move that is never left out", "one behind an oblique stroke")
         try:
-            self.obey(line, whole)
+            self.obey(line)
+            for word in line.waiting.values():
+                raise self.error("a word that says something in this line", repr(word.strip()))
         except InputError as error:
             if error.where.startswith(self.name):
                 raise
@@ -188,12 +190,13 @@ class Lines(bulk.Reader):
         self.at.words[:] = np.nan
         self.feed = np.nan
 
-    def take_axis(self, line: Line, name: str, value: str, counted: str) -> None:
+    def take_axis(self, line: Line, name: str, value: str, counted: str, word: str) -> None:
         if name not in self.names:
             raise self.error(f"one of the axes {' '.join(self.names)}", repr(name))
         if name in line.axes:
             raise self.error(f"one {name} word", "two")
         line.axes[name] = float(value), counted
+        line.waiting[f"axis {name}"] = word
 
     def take_feed(self, line: Line, match: re.Match[str]) -> None:
         """Take a word that says rapid, a feed, or the time of the block."""
@@ -204,6 +207,7 @@ class Lines(bulk.Reader):
             return
         if not value > 0 or word == rapid:
             raise self.error("a feed above 0", repr(match[0]))
+        line.waiting["feed"] = match[0]
         if word == "F" and not self.inverse:
             line.feed = value * self.scale * (self.speed if self.per_turn else 1.0)
         else:
@@ -226,6 +230,8 @@ class Lines(bulk.Reader):
         """Take what a word means: a mode holds at once, what needs the rest of the line waits for `obey`."""
         if meaning in MODES:
             MODES[meaning](self, line)
+            if meaning in POSITIONING:
+                line.waiting[f"argument {word}"] = word
         elif meaning in curves.PLANES:
             self.plane = meaning
         elif meaning in MOTIONS:
@@ -248,20 +254,26 @@ class Lines(bulk.Reader):
             if word[0] not in self.plane_angles:
                 raise self.error(f"a tilted plane that {word[0]} turns to", "none")
             line.axes[word[0]] = self.plane_angles[word[0]], "absolute"
+            line.waiting[f"axis {word[0]}"] = word
         elif meaning in ASSUMED:
             self.note(meaning, word)
         elif meaning == "speed":
             self.speed = float(values[0])
         elif meaning.endswith(" axis"):
-            self.take_axis(line, values[0], values[1], meaning.removesuffix(" axis"))
+            self.take_axis(line, values[0], values[1], meaning.removesuffix(" axis"), word)
         elif meaning in STATEMENTS:
             if line.statement:
                 raise self.error(f"one of {line.statement[1]} and {word} in a line", "both")
             line.statement = meaning, word
         elif meaning == "work offset":
             line.work_offset = re.sub(r"\s+", "", word)
+        elif meaning == "argument":
+            line.waiting[f"argument {word}"] = word
         elif meaning in NUMBERS:
+            if meaning in line.values:
+                raise self.error(f"one word that is the {meaning}", f"a second one, {word!r}")
             line.values[meaning] = float(values[0])
+            line.waiting[meaning] = word
         else:
             for value in values:
                 word = word.replace(value, "", 1)
@@ -274,7 +286,7 @@ class Lines(bulk.Reader):
         if self.at.machine is not before:
             self.machines.append((self.count, self.at.machine))
 
-    def obey(self, line: Line, whole: str) -> None:
+    def obey(self, line: Line) -> None:
         """Do what the words of a line say together."""
         if line.tool:
             self.at.words[:3] = np.nan
@@ -286,9 +298,10 @@ class Lines(bulk.Reader):
         if line.work_offset:
             self.at.call_offset(line.work_offset, f"{self.name}, line {self.line}")
         if line.statement:
-            STATEMENTS[line.statement[0]](self, line, whole)
+            STATEMENTS[line.statement[0]](self, line, line.text)
         else:
             self.defined |= {name: value for name, value in line.values.items() if name.startswith("cycle ")}
+            line.used("cycle ", "feed", "argument" if line.defines else "cycle ")
             self.go(line)
         if line.called:
             ways.drill(self)
@@ -296,6 +309,7 @@ class Lines(bulk.Reader):
     def target(self, line: Line) -> np.ndarray:
         """The words, (j,), that a line leads to."""
         words = self.at.words.copy()
+        line.used("axis ")
         for name, (value, counted) in line.axes.items():
             axis = self.names.index(name)
             self.kept.discard(axis)
@@ -317,6 +331,7 @@ class Lines(bulk.Reader):
             if self.incremental:
                 raise self.error("machine coordinates in absolute numbers", "incremental ones")
             named = {self.names.index(name): value for name, (value, _) in line.axes.items()}
+            line.used("axis ")
             self.stand(self.at.machine_position(named))
         elif self.cycle is not None and not line.curve:
             ways.hole(self, self.cycle, line)

@@ -27,6 +27,7 @@ def point(reader: Lines, line: Line, arc: str) -> None:
         return
     if arc:
         raise reader.error("a straight move where the tool axis is a vector", "an arc")
+    line.used(word)
     angles = reader.at.angles_along([value or 0.0 for value in given])
     line.axes |= {name: (angle, "absolute") for name, angle in zip(reader.names[3:], angles, strict=True)}
 
@@ -36,7 +37,11 @@ def turn(reader: Lines, line: Line, clockwise: bool) -> None:
     start, end, values = reader.at.words.copy(), reader.target(line), line.values
     if np.isnan(start[:3]).any():
         raise reader.error("X, Y and Z before an arc", "not all")
+    line.used("centre ", "turns", "full turns", "sweep")
     if "radius" in values:
+        if any(name.startswith("centre ") for name in values):
+            raise reader.error("a radius of the arc or its centre", "both")
+        line.used("radius")
         centre = curves.centre_of(start[:3], end[:3], values["radius"] * reader.scale, reader.plane, clockwise)
     elif any(name.startswith("centre ") for name in values):
         base = np.zeros(3) if reader.absolute_centre else start[:3]
@@ -116,6 +121,7 @@ def hole(reader: Lines, cycle: Drilling, line: Line) -> None:
     if reader.names[axis] in line.axes:
         bottom = line.axes.pop(reader.names[axis])[0] * reader.scale
         cycle.bottom = cycle.clearance + bottom if reader.incremental else bottom
+    line.used("axis ", "radius", "argument", "turns")  # how it pecks and dwells
     place = reader.target(line)
     leave = max(cycle.initial, cycle.clearance) if reader.leave == "initial" else cycle.clearance
     holes(reader, place, axis, curves.Heights(cycle.clearance, cycle.bottom, leave, cycle.slow))

@@ -55,6 +55,42 @@ PLANE = "G68.2 X0 Y0 Z0 I0 J60 K0"
 
 
 @pytest.mark.parametrize(
+    ("control", "line", "word"),
+    [
+        ("fanuc", f"{PLANE} R30", "R30"),
+        ("fanuc", f"{PLANE} Q5", "Q5"),
+        ("fanuc", "G69 X5", "X5"),
+        ("fanuc", f"{PLANE}\nG53.1 Z50", "Z50"),
+        ("fanuc", "G1 X5 R2 F100", "R2"),
+        ("fanuc", "G1 X5 I3 F100", "I3"),
+        ("fanuc", "G1 X5 P2 F100", "P2"),
+        ("fanuc", "G2 X0 Y-10 I-10 R10 F100", "both"),
+        ("fanuc", "G80 R3", "R3"),
+        ("siemens", "G1 X5 CR=4 F100", "CR=4"),
+        ("siemens", "TRANS X5 I=3", "I=3"),
+        ("siemens", "MCALL CYCLE81(10,0,2,-8) X5", "X5"),
+        ("heidenhain", "L X+5 IPA+20 F100", "IPA+20"),
+        ("heidenhain", "L X+5 Q5=3 F100", "Q5=3"),
+        ("heidenhain", "PLANE RESET STAY X+5", "X+5"),
+        ("heidenhain", "L X+5 SEQ- F100", "SEQ-"),
+        ("heidenhain", "CC X+5 R20", "R20"),
+        ("heidenhain", "PLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY Q7=1", "Q7=1"),
+    ],
+)
+def test_no_word_behind_a_known_word_is_dropped(control, line, word):
+    start = START if control != "heidenhain" else "L X+10 Y+0 Z+5 A+0 C+0 FMAX\n"
+    last = (start + line).count("\n") + 1
+    with pytest.raises(InputError, match=rf"line {last}: .*found .*{re.escape(word)}"):
+        ends(f"{start}{line}\n", control)
+
+
+def test_behind_a_plane_to_which_the_slides_move_their_places_are_not_known():
+    text = "L X+10 Y+0 Z+5 A+0 C+0 FMAX\nPLANE SPATIAL SPA+60 SPB+0 SPC+0 MOVE DIST50 F1000\nL Z+1 F100\n"
+    with pytest.raises(InputError, match="line 3: expected an X word before"):
+        ends(text, "heidenhain")
+
+
+@pytest.mark.parametrize(
     ("lines", "line", "said"),
     [
         ("G43.4 H1\nG0 X0 Y0 Z20 A30\nG81 X1 Y2 Z-7 R2 F100", 6, "a drilling cycle with TCP, found 30.000° off it"),
