@@ -1,9 +1,16 @@
 """The package's own errors, and where most of them arise: a caller's arrays, and files read and written."""
 
+import re
+import traceback
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"  # a decimal number as CL files, NC programs and worksheets write it
+
+
+INTERNAL = "internal error, please report"
 
 
 class MathpostError(ValueError):
@@ -16,8 +23,8 @@ class InputError(MathpostError):
     """
 
     def __init__(self, where: str, expected: str, found: str | None) -> None:
-        self.where, self.expected, self.found = where, expected, found
-        super().__init__(f"{where}: expected {expected}, found {found}")
+        self.where, self.expected, self.found = one_line(where), expected, found
+        super().__init__(f"{self.where}: expected {expected}, found {found}")
 
 
 class ReachError(MathpostError):
@@ -26,6 +33,26 @@ class ReachError(MathpostError):
 
 class OutputError(MathpostError):
     """A result could not be written; nothing was."""
+
+
+def one_line(text: str) -> str:
+    """Return a text from outside, such as the name of a file, as one line that a terminal shows as it is.
+
+    Control characters and bytes that are not UTF-8 are escaped.
+
+    Examples
+    --------
+    >>> print(one_line("part\\n1.cl"))
+    part\\n1.cl
+    """
+    return re.sub(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]", lambda found: repr(found[0])[1:-1], text)
+
+
+def internal(error: Exception) -> str:
+    """Return an error that nobody foresaw in one line, with the place where it arose."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    said = one_line(f"{type(error).__name__}: {error}"[:300])
+    return f"{INTERNAL}: {said} ({Path(place.filename).name}, line {place.lineno})"
 
 
 def as_array(values: ArrayLike, length: int, where: str) -> np.ndarray:

@@ -4,14 +4,14 @@ import csv
 import io
 import os
 import re
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from secrets import token_hex
 
 from mathpost.errors import NUMBER, InputError, OutputError
 
-written: list[Path] = []  # by this process
+LARGEST, LARGEST_BESIDE = 2**30, 16 * 2**20  # bytes of a file, and of one that a file names
 
 # Separators after which a spreadsheet program may begin a cell: it uses its locale's, whatever wrote the file.
 _DIVIDERS = ",;|\t\r\n\v\f\x85\u2028\u2029،؛，；、"
@@ -22,12 +22,37 @@ _FORMULA = re.compile(
 )
 
 
-def read_bytes(path: Path | str) -> bytes:
-    """Return the content of the file `path`; raise `InputError` if it cannot be read."""
+def read_bytes(path: Path | str, most: int = LARGEST) -> bytes:
+    """Return the content of a file; raise `InputError` if it cannot be read or has more than `most` bytes."""
     try:
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+        with open(path, "rb") as file:
+            content = file.read(most + 1)
+    except (OSError, ValueError) as error:  # a name with a zero in it
+        raise InputError(str(path), "a readable file", getattr(error, "strerror", None) or str(error)) from None
+    if len(content) > most:
+        raise InputError(str(path), f"at most {most // 2**20} MB", "more")
+    return content
+
+
+def beside(path: Path | str, name: str, suffix: str, where: str) -> Path:
+    """Return the path of a file that the file `path` names: one beside it, of the expected kind.
+
+    Whoever opens a stranger's file opens nothing else of theirs by it.
+
+    Raises
+    ------
+    InputError
+        If the name leads elsewhere, does not end in `suffix`, or there is no such file of at most 16 MB.
+    """
+    folder, expected = Path(path).parent, f"the name of a {suffix} file beside this one"
+    if not re.fullmatch(rf"[^/\\:\x00]+{re.escape(suffix)}", name) or name.startswith("."):
+        raise InputError(where, expected, repr(name))
+    found = folder / name
+    if not found.is_file() or found.resolve().parent != folder.resolve():
+        raise InputError(where, expected, f"no file {name!r}")
+    if found.stat().st_size > LARGEST_BESIDE:
+        raise InputError(where, f"{expected}, of at most {LARGEST_BESIDE // 2**20} MB", repr(name))
+    return found
 
 
 def data_file(path: str) -> Path:
@@ -51,8 +76,8 @@ def read_text(path: Path | str) -> str:
 
 
 def write_text(path: Path | str, text: str, *, inputs: Iterable[Path | str] = ()) -> None:
-    """Write `text` as UTF-8; see `write_bytes`."""
-    write_bytes(path, text.encode("utf-8"), inputs=inputs)
+    """Write `text` as UTF-8; see `write_set`. Names of files that are no UTF-8 are escaped in it."""
+    write_set({Path(path): text}, inputs=inputs)
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
@@ -74,32 +99,71 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
 
 
 def write_bytes(path: Path | str, content: bytes, *, inputs: Iterable[Path | str] = ()) -> None:
-    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
+    """Write `content` to the file `path`; see `write_set`."""
+    write_set({Path(path): content}, inputs=inputs)
 
-    A temporary file in the same folder takes the place of `path` in one step, with the mode and the owner that the
-    file had. A link is followed. Only regular files are replaced (no device, no pipe), and none of `inputs`.
+
+def write_set(
+    contents: Mapping[Path, bytes | str], *, inputs: Iterable[Path | str] = (), folders: bool = False
+) -> None:
+    """Write files, path to content, all of them whole or none; raise `OutputError` if that fails.
+
+    With `folders`, those that are missing are made.
+
+    Each is first written to a temporary file in its folder, which takes the place of the path in one step, with the
+    mode and the owner that the file had. A link is followed. Only regular files are replaced (no device, no pipe),
+    and none of `inputs`.
     """
-    path = Path(os.path.realpath(path))
-    temporary = path.parent / f".{path.name}.{token_hex(4)}"
-    try:
-        if old := path.stat() if path.exists() else None:
-            _may_be_replaced(path, inputs)
-        with open(temporary, "xb") as file:
-            if old and hasattr(os, "chown"):
-                os.chown(temporary, old.st_uid, old.st_gid)
-            if old:
-                os.chmod(temporary, old.st_mode & 0o7777)
-            file.write(content)
-        os.replace(temporary, path)
-        written.append(path)
-    except OSError as error:
-        raise OutputError(f"{path}: not written, {error.strerror or error}") from None
-    finally:
-        with suppress(OSError):  # already moved into place, or never made
-            temporary.unlink()
+    inputs, moved = list(inputs), []
+    with ExitStack() as temporary:
+        try:
+            for path, content in contents.items():
+                path = Path(os.path.realpath(path))
+                if folders:
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                new = path.parent / f".{path.name}.{token_hex(4)}"
+                temporary.callback(_remove, new)
+                moved.append((new, path, _write_new(new, path, content, inputs)))
+            for number, (new, path, _) in enumerate(moved):
+                try:
+                    os.replace(new, path)
+                except BaseException:  # a signal, too
+                    _put_back(moved[:number])
+                    raise
+        except (OSError, ValueError) as error:
+            if isinstance(error, OutputError):
+                raise
+            raise OutputError(f"{path}: not written, {getattr(error, 'strerror', None) or error}") from None
 
 
-def _may_be_replaced(path: Path, inputs: Iterable[Path | str]) -> None:
+def _write_new(new: Path, path: Path, content: bytes | str, inputs: Collection[Path | str]) -> bytes | None:
+    """Write the temporary file `new`, which is to replace `path`; return what is there now, None if nothing is."""
+    old = path.stat() if path.exists() else None
+    if old:
+        _may_be_replaced(path, inputs)
+    with open(new, "xb") as file:
+        if old and hasattr(os, "chown"):
+            os.chown(new, old.st_uid, old.st_gid)
+        if old:
+            os.chmod(new, old.st_mode & 0o7777)
+        file.write(content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content)
+    return path.read_bytes() if old else None
+
+
+def _put_back(moved: Iterable[tuple[Path, Path, bytes | None]]) -> None:
+    for _, path, before in moved:
+        if before is None:
+            _remove(path)
+        else:
+            path.write_bytes(before)
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):  # already moved into place, or never made
+        path.unlink()
+
+
+def _may_be_replaced(path: Path, inputs: Collection[Path | str]) -> None:
     if not path.is_file():
         raise OutputError(f"{path}: not written, it is no regular file")
     if any(os.path.exists(each) and path.samefile(each) for each in inputs):

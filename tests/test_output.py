@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from mathpost import files, machine
-from mathpost.classroom import assign
 from mathpost.errors import InputError, OutputError
 from mathpost.files import write_bytes
 from mathpost.path import cl
@@ -86,7 +85,7 @@ def test_a_signal_ends_with_one_line(number, tmp_path):
         running.send_signal(number)
         os.close(handle)  # should the read begin only now, it ends, and the signal is there
         _, said = running.communicate()
-    assert running.returncode == 130 and said == "mathpost: stopped, nothing was written\n"
+    assert running.returncode == 130 and said == "mathpost: stopped, no file is half written\n"
     assert [p.name for p in tmp_path.iterdir()] == ["part.cl"]
 
 
@@ -106,7 +105,7 @@ def interrupted(command, library, source, folder):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_signal_ends_every_command_while_it_starts(command, tmp_path):
     said, status = interrupted([command], "numpy", "raise_signal(SIGINT)", tmp_path)
-    assert status == 130 and said == "mathpost: stopped, nothing was written\n"
+    assert status == 130 and said == "mathpost: stopped, no file is half written\n"
 
 
 @posix
@@ -114,7 +113,7 @@ def test_a_signal_ends_every_command_while_it_starts(command, tmp_path):
 def test_a_signal_that_a_library_turns_into_an_error_is_still_one(swallowed_by, tmp_path):
     source = f"try: raise_signal(SIGTERM)\nexcept BaseException: raise {swallowed_by} from None"
     said, status = interrupted(["show"], "sympy", source, tmp_path)
-    assert status == 130 and said == "mathpost: stopped, nothing was written\n"
+    assert status == 130 and said == "mathpost: stopped, no file is half written\n"
 
 
 WHILE_SAID = """import builtins
@@ -133,7 +132,7 @@ finally:
 def test_a_second_signal_disturbs_neither_tidying_nor_what_is_said(tmp_path):
     """As timeout(1) sends it, to the command and again to its group."""
     said, status = interrupted(["show"], "sympy", WHILE_SAID + WHILE_TIDIED, tmp_path)
-    assert status == 130 and said == "mathpost: stopped, nothing was written\n"
+    assert status == 130 and said == "mathpost: stopped, no file is half written\n"
     assert (tmp_path / "tidied").exists()
 
 
@@ -143,23 +142,32 @@ def test_a_signal_does_not_disturb_a_refusal(tmp_path):
     assert status == 2 and said == "mathpost: this command needs sympy, which comes with mathpost[course]\n"
 
 
-@posix
-def test_a_signal_between_two_files_says_how_many_are_there(tmp_path, capsys, monkeypatch):
-    (tmp_path / "one.ipynb").write_text('{"cells": []}', encoding="utf-8")
-    (tmp_path / "two.ipynb").write_text('{"cells": []}', encoding="utf-8")
-    whole = assign.write_text
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
+@pytest.mark.parametrize("had", [b"old", None])
+def test_of_a_set_of_files_all_are_written_or_none(error, had, tmp_path, monkeypatch):
+    """Whatever comes while the last of three is moved into its place, two stand as they were before."""
+    paths = [tmp_path / name for name in ("a", "b", "c")]
+    if had:
+        paths[0].write_bytes(had)
+    move = os.replace
 
-    def second(path, text):
-        if path.name == "two.ipynb":
-            raise KeyboardInterrupt
-        whole(path, text)
+    def last(new, path):
+        if path.name == "c":
+            raise error
+        move(new, path)
 
-    monkeypatch.setattr(files, "written", [])
-    monkeypatch.setattr("mathpost.shell.main.written", files.written)
-    monkeypatch.setattr(assign, "write_text", second)
-    assert main(["assign", str(tmp_path), "-o", str(tmp_path / "out")]) == 130
-    assert capsys.readouterr().err == "mathpost: stopped, files written, each whole: 1\n"
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["one.ipynb"]
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", last)
+        with pytest.raises((OutputError, KeyboardInterrupt)):
+            files.write_set(dict.fromkeys(paths, "new"))
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == ({"a": had} if had else {})
+    files.write_set(dict.fromkeys(paths, "new\udcff"))
+    assert [path.read_bytes() for path in paths] == [b"new\\udcff"] * 3
+
+
+def test_a_file_without_an_end_is_refused():
+    with pytest.raises(InputError, match="/dev/zero: expected at most 1 MB, found more"):
+        files.read_bytes("/dev/zero", most=2**20)
 
 
 LARGE = 'name = "a"\nsource = "b"\n[[rotary]]\n[[rotary]]\n[workpiece]\norigin = [' + "9" * 400 + ", 0, 0]"
@@ -197,3 +205,36 @@ def test_strange_arrays_are_refused(points, axes, words):
 def test_axes_of_any_length():
     axes = cl.from_arrays(np.zeros((3, 3)), [[0, 3e200, 4e200], [0, 3e-200, 4e-200], [0, 0, 2]]).axes
     np.testing.assert_allclose(axes, [[0, 0.6, 0.8], [0, 0.6, 0.8], [0, 0, 1]], atol=1e-15)
+
+
+def test_an_error_that_nobody_foresaw_is_one_line_and_no_verdict(monkeypatch, capsys):
+    """A traceback would end with status 1, which says "wrong"."""
+    monkeypatch.setattr("mathpost.machine.load", lambda _: [][0])
+    assert main(["pose", "bc_table", "--joints", "0", "0", "0", "0", "0"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(
+        "mathpost: internal error, please report: IndexError: list index out of range (test_output"
+    )
+    assert said.count("\n") == 1
+
+
+@posix
+def test_names_of_two_lines_are_printed_as_one(tmp_path, capsys):
+    for name, source in (
+        ("cl", "cl/blade.cl"),
+        ("csv", "measurements/ball_c_axis.csv"),
+        ("xlsx", "workbooks/right.xlsx"),
+    ):
+        (tmp_path / f"two\nlines.{name}").write_bytes((ROOT / "data" / source).read_bytes())
+    program = str(tmp_path / "pro\ngram.h")
+    for command in (
+        ["post", str(tmp_path / "two\nlines.cl"), "--machine", "dmu50v", "-o", program],
+        ["verify", program, "--machine", "dmu50v"],
+        ["calibrate", "ac_table", str(tmp_path / "two\nlines.csv")],
+        ["check", str(tmp_path / "two\nlines.xlsx")],
+        ["pose", str(tmp_path / "no\nmachine.toml"), "--axis", "0", "0", "1"],
+    ):
+        assert main(command) in (0, 1, 2)
+    said = "".join(capsys.readouterr())
+    assert said.count(r"two\nlines") >= 3 and r"pro\ngram" in said and r"no\nmachine" in said
+    assert not any(line.startswith(("lines.", "gram.h", "machine.toml")) for line in said.splitlines())

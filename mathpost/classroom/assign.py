@@ -18,7 +18,7 @@ from typing import Any
 from mathpost.course import exercise
 from mathpost.course.verdict import EXERCISES, OPEN
 from mathpost.errors import InputError, OutputError
-from mathpost.files import write_text
+from mathpost.files import write_set
 
 CALLS = re.compile(r"exercise\.(check|solution|progress|given)\s*\(")
 DEFINES = re.compile(r"@?\bexercise\.define\s*\(")
@@ -51,12 +51,8 @@ def assign(lessons: Path | str, folder: Path | str, students: Sequence[str] = ()
     for path in copies:
         if path.exists():
             raise OutputError(f"{path}: not written, it is there already")
-    for path, (page, _) in copies.items():
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(f"{path.parent}: not made, {error.strerror or error}") from None
-        write_text(path, json.dumps(page, indent=1, ensure_ascii=False) + "\n")
+    pages = {path: json.dumps(page, indent=1, ensure_ascii=False) + "\n" for path, (page, _) in copies.items()}
+    write_set(pages, folders=True)
     return {path: names for path, (_, names) in copies.items()}
 
 

@@ -23,7 +23,7 @@ from mathpost.classroom.handed_in import Student, collect
 from mathpost.classroom.kept import Kept
 from mathpost.course import exercise
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, Verdict
-from mathpost.errors import InputError
+from mathpost.errors import InputError, internal
 from mathpost.toml_table import read_toml
 from mathpost.workbook.folder import DAMAGED
 
@@ -48,7 +48,6 @@ FILE, TEXT = "the same file", "the same answers and the same text of cells"
 CELLS = "the same formulas and numbers"
 DUPLICATED, RETYPED = "checked in more than one cell", "its check is not as it was handed out"
 SECONDS = 120.0  # of the processor, for all files of one student
-FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 Work = tuple[str, str, Any]  # kind, file, content
 
@@ -236,10 +235,10 @@ def _student(student: Student, handed_out: set[str], kept: Kept, step: Callable[
             result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
         except TooLarge as error:
             result.trouble.append((path.name, f"unclear: too large ({error})"))
-        except FAULTS as error:
-            result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
         except OSError as error:
             result.trouble.append((path.name, error.strerror or str(error)))
+        except Exception as error:  # whatever it is: the others are still judged
+            result.trouble.append((path.name, internal(error)))
         if kind == "a workbook":
             step(f"{student.name}: {path.name}")
     kept.commit()

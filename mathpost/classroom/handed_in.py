@@ -11,13 +11,12 @@ import re
 import shutil
 import unicodedata
 import zipfile
-import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from mathpost.errors import InputError
+from mathpost.errors import InputError, internal, one_line
 
 NOTEBOOKS = {".ipynb"}
 WORKBOOKS = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et"}
@@ -52,7 +51,7 @@ def collect(folder: Path | str, unpacked: Path | str, lessons: Iterable[str] = (
         raise InputError(str(folder), "a folder of what was handed in, or a zip of it", "none")
     found: dict[str, Student] = {}
     for number, (name, path) in enumerate(_whose(folder, tuple(lessons))):
-        name = unicodedata.normalize("NFC", name)
+        name = one_line(unicodedata.normalize("NFC", name))
         student = found.setdefault(name, Student(name))
         _take(path, student, unpacked / str(number), path.name)
     if not found:
@@ -88,7 +87,9 @@ def unzip(path: Path, target: Path, limit: int = ZIP_LIMIT) -> int:
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_bytes(packed.read(member))  # at most the size that the zip declares
             return size
-    except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zlib.error) as error:
+    except InputError:
+        raise
+    except Exception as error:  # what zipfile and its decompressors raise is not listed anywhere
         raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
 
 
@@ -172,3 +173,5 @@ def _take(path: Path, student: Student, unpacked: Path, said: str) -> None:
             shutil.rmtree(folder, ignore_errors=True)
     except OSError as error:
         student.refused.append((said, error.strerror or str(error)))
+    except Exception as error:  # whatever it is: the others are still collected
+        student.refused.append((said, internal(error)))

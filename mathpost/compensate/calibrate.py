@@ -28,7 +28,7 @@ from mathpost.compensate.model import SQUARENESS, MachineErrors, constant_errors
 from mathpost.compensate.moved import displayed, moved
 from mathpost.compensate.positioning import Positioning
 from mathpost.compensate.problem import Problem, Solution
-from mathpost.errors import InputError
+from mathpost.errors import InputError, one_line
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor
 from mathpost.rotation import unit
@@ -134,7 +134,7 @@ class Calibration:
             lines.append(f"{', '.join(names)}: {reason}")
         for name, (sigma, freedom) in self.noise.items():
             stated = "as stated" if np.isinf(freedom) else f"from {freedom:.0f} spare ones"
-            lines.append(f"noise of a reading in {name}: {1e3 * sigma:.2f} µm, {stated}")
+            lines.append(f"noise of a reading in {one_line(name)}: {1e3 * sigma:.2f} µm, {stated}")
         return "\n".join([*lines, *self.notes])
 
     def _centres(self) -> list[str]:

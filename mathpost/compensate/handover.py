@@ -10,8 +10,8 @@ from mathpost.compensate.calibrate import Calibration, columns
 from mathpost.compensate.model import error_names, fingerprint
 from mathpost.compensate.terms import terms
 from mathpost.controls import compensation_table
-from mathpost.errors import InputError, OutputError
-from mathpost.files import read_text, write_text
+from mathpost.errors import InputError
+from mathpost.files import read_text, write_set
 from mathpost.machine import find
 from mathpost.toml_table import read_toml
 
@@ -25,17 +25,12 @@ def write(
     `pathlib.Path`, is made if it does not exist; `inputs` are files that must not be replaced. If the readings do
     not fit, every file begins with the reasons.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: not written, {error.strerror}") from None
     tables, notes = control_tables(calibration)
     files = {"machine.toml": machine_file(calibration, path), **error_files(calibration)}
     files = {name: _doubted(calibration, "#") + text for name, text in files.items()}
     files |= {name: _doubted(calibration, ";") + text for name, text in tables.items()}
     files["terms.txt"] = "\n".join([str(calibration), "", terms(calibration), *notes, ""])
-    for name, text in files.items():
-        write_text(folder / name, text, inputs=[find(path), *inputs])
+    write_set({folder / name: text for name, text in files.items()}, inputs=[find(path), *inputs], folders=True)
     return [folder / name for name in files]
 
 

@@ -49,6 +49,7 @@ from numpy.typing import ArrayLike
 
 from mathpost import chain
 from mathpost.errors import InputError, as_array
+from mathpost.files import beside
 from mathpost.formula import numeric
 from mathpost.machine import Machine
 from mathpost.measure import csv_table, spline
@@ -326,7 +327,9 @@ def _table(entry: TomlTable, path: Path | str, machine: Machine) -> list[tuple[i
     """Read one [[table]] and the CSV file that it names: pairs of an error's index and its curve."""
     joints = machine.joint_names
     joint = entry.take("joint", joints.index, f"one of {', '.join(joints)}")
-    file = entry.take("file", some_text, "a file name in quotes")
+    file = beside(
+        path, entry.take("file", some_text, "a file name in quotes"), ".csv", f"{entry.where}, key 'file'"
+    )
     endless = entry.take("endless", only_if(lambda value: isinstance(value, bool)), "true or false", False)
     kind = entry.take("interpolation", ("spline", "linear").index, '"spline" or "linear"', 0)
     entry.done()
@@ -335,7 +338,7 @@ def _table(entry: TomlTable, path: Path | str, machine: Machine) -> list[tuple[i
 
     known = error_names(machine)
     columns = [f"E{component}{joints[joint]}" for component in COMPONENTS]
-    read = csv_table.read(Path(path).parent / file, ["position"], optional=columns)
+    read = csv_table.read(file, ["position"], optional=columns)
     read.obey_units(["position"])
     if joint > 2:
         read.check_angles("position")

@@ -9,8 +9,8 @@ import numpy as np
 
 from mathpost import codegen
 from mathpost.controls import control
-from mathpost.errors import InputError, OutputError
-from mathpost.files import read_text, write_text
+from mathpost.errors import InputError
+from mathpost.files import read_text, write_set
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS, Machine
 
@@ -23,12 +23,7 @@ FAR = 1e6  # mm or degrees, for travel without an end
 def write_folder(kin: Kinematics, folder: str | Path) -> list[Path]:
     """Write the files of `texts` to a folder, made if there is none; return their paths."""
     folder, contents = Path(folder), texts(kin)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: not written, {error.strerror or error}") from None
-    for name, text in contents.items():
-        write_text(folder / name, text)
+    write_set({folder / name: text for name, text in contents.items()}, folders=True)
     return [folder / name for name in contents]
 
 

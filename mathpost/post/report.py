@@ -10,7 +10,7 @@ import numpy as np
 
 from mathpost.controls.blocks import Blocks
 from mathpost.controls.control import BETWEEN_BLOCKS
-from mathpost.errors import MathpostError
+from mathpost.errors import MathpostError, one_line
 from mathpost.machine import Machine
 from mathpost.path import deviation
 from mathpost.path.cl import CLData, commands, feed_times
@@ -67,7 +67,7 @@ class Report(proof.Proof):
             before, after = (f"{tip:.1f} µm and {axis:.1f} arcsec" for tip, axis in both)
             said += [("volumetric", f"at the records {before} before compensation, {after} after it")]
         said += [("warning", warning) for warning in self.warnings]
-        lines = [f"{key:<12} {value}" for key, value in said]
+        lines = [f"{key:<12} {one_line(str(value))}" for key, value in said]
         if self.strategies:
             lines += ["", f"{'selection':<14}{'cost':>10}  largest rotary steps"]
         for name, cost, steps, reason in self.strategies:

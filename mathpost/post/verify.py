@@ -9,7 +9,7 @@ import numpy as np
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Setup
 from mathpost.controls.reader import Program, follow
-from mathpost.errors import InputError
+from mathpost.errors import InputError, one_line
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS, Machine
 from mathpost.path.cl import CLData, from_arrays
@@ -119,7 +119,7 @@ class Verified:
             rows.append(("skipped", ", ".join(f"{count} × {word}" for word, count in skipped.items())))
         rows += [("assumed", sentence) for sentence in self.program.assumed]
         rows += self._agreement()
-        return "\n".join(f"{key:<10} {value}" for key, value in rows)
+        return "\n".join(f"{key:<10} {one_line(value)}" for key, value in rows)
 
     def _lines(self) -> str:
         return f"lines {self.line(0)} … {self.line(-1)}"

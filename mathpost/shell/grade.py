@@ -5,7 +5,8 @@ import sys
 
 from mathpost.classroom import grade, grade_page
 from mathpost.classroom.kept import Kept
-from mathpost.files import write_text
+from mathpost.errors import INTERNAL, one_line
+from mathpost.files import write_set
 from mathpost.shell.options import FILE, LANGUAGE, OUTPUT, show_progress
 
 
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the report; return 1 if something was not read or a verdict does not fit its answer."""
+    """Write the report; return 1 if something was not read or a verdict was edited, 2 after an internal error."""
     rules = grade.read_rules(options.rules) if options.rules else None
     report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
     among = options.folder.resolve() in report.resolve().parents
@@ -37,11 +38,11 @@ def run(options: argparse.Namespace) -> int:
     for note in graded.notes:
         print(note, file=sys.stderr)
     page, table = (report.with_name(report.name + suffix) for suffix in (".html", ".csv"))
-    write_text(page, grade_page.to_html(graded, options.language))
-    write_text(table, grade_page.to_csv(graded, options.language))
+    made = {page: grade_page.to_html, table: grade_page.to_csv}
+    write_set({path: text(graded, options.language) for path, text in made.items()})
     print(f"students: {len(graded.results)}; {page}, {table}")
     found = [(each.name, *trouble) for each in graded.results for trouble in each.trouble]
     found += [(each.name, name, "edited") for each in graded.results for name in each.edited]
     for name, what, why in found:
-        print(f"{name}: {what}{': ' * bool(what)}{why}", file=sys.stderr)
-    return int(bool(found))
+        print(one_line(f"{name}: {what}{': ' * bool(what)}{why}"), file=sys.stderr)
+    return 2 if any(why.startswith(INTERNAL) for _, _, why in found) else int(bool(found))

@@ -1,6 +1,7 @@
 """The commands, and running one of them."""
 
 import argparse
+import io
 import os
 import re
 import signal
@@ -8,8 +9,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module, metadata
 
-from mathpost.errors import MathpostError
-from mathpost.files import written
+from mathpost.errors import MathpostError, internal
 from mathpost.shell import stopping
 
 COMMANDS = {  # each a file of this folder, with a line of help
@@ -39,6 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if arguments is None:
             stopping.take(stopping.in_order)
+        for stream in (sys.stdout, sys.stderr):  # names of files may be no UTF-8
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")
         options = parse(sys.argv[1:] if arguments is None else arguments)
         status = options.run(options)
         sys.stdout.flush()
@@ -55,14 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _stopped() -> int:
-    """Print what the command had written when it was interrupted; return the exit status."""
-    said = f"files written, each whole: {len(written)}" if written else "nothing was written"
-    print(f"mathpost: stopped, {said}", file=sys.stderr)
+    """Print that the command was interrupted; return the exit status."""
+    print("mathpost: stopped, no file is half written", file=sys.stderr)
     return stopping.STATUS
 
 
 def _refused(error: BaseException) -> int:
-    """Print in one line why a command ended, and return the exit status; reraise an unforeseen error."""
+    """Print in one line why a command ended, and return the exit status; argparse's own exit is raised again."""
     if isinstance(error, MathpostError):
         print(f"mathpost: {error}", file=sys.stderr)
     elif isinstance(error, ModuleNotFoundError):  # one of the extras, which a headless post does without
@@ -73,6 +75,8 @@ def _refused(error: BaseException) -> int:
     elif isinstance(error, OSError):  # standard output is closed, or its disk is full
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
         print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
+    elif isinstance(error, Exception):
+        print(f"mathpost: {internal(error)}", file=sys.stderr)
     else:
         raise error
     return 2

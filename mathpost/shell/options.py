@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from mathpost.errors import InputError
+from mathpost.errors import InputError, one_line
 from mathpost.files import write_text
 
 OUTPUT = ("-o", "--output")
@@ -100,6 +100,7 @@ def write(path: Path | None, text: str, inputs: Iterable[Path] = ()) -> None:
 
 def show_progress(done: int, total: int, name: str) -> None:
     """Show a bar on a terminal, or every twentieth step in a log."""
+    name = one_line(name)
     if sys.stderr.isatty():
         bar = "█" * (30 * done // total)
         print(f"\r{bar:30s} {done}/{total} {name[:40]:40s}", end="\n" * (done == total), file=sys.stderr)

@@ -16,7 +16,7 @@ _came = False
 
 def at_once(*_: object) -> None:
     """End the process, with one line."""
-    os.write(2, b"mathpost: stopped, nothing was written\n")
+    os.write(2, b"mathpost: stopped, no file is half written\n")
     os._exit(STATUS)
 
 

@@ -19,7 +19,7 @@ from openpyxl.styles import PatternFill
 from openpyxl.utils.cell import coordinate_to_tuple
 
 from mathpost.bounds import bounded
-from mathpost.errors import InputError, OutputError
+from mathpost.errors import InputError, OutputError, internal, one_line
 from mathpost.files import csv_text, write_bytes
 from mathpost.workbook.check import check_file
 from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, html_table
@@ -138,13 +138,13 @@ def check_folder(
     if not paths:
         raise InputError(str(folder), "spreadsheets", "none")
     for done, path in enumerate(paths, 1):
-        name, report = str(path.relative_to(folder)), None
+        name, report = one_line(str(path.relative_to(folder))), None
         try:
             report = check_file(path, task)
         except InputError as error:
             rows.append((name, DAMAGED, "", "", "", str(error)))
         except Exception as error:  # whatever it is: the other files are still checked
-            rows.append((name, DAMAGED, "", "", "", f"not judged: {type(error).__name__}: {error}"))
+            rows.append((name, DAMAGED, "", "", "", f"not judged: {internal(error)}"))
         else:
             *row, why = row_of(report)
             if out and path.suffix.lower() == ".xlsx":

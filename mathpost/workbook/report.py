@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from mathpost.errors import one_line
 from mathpost.workbook.sheet.place import Place
 
 RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "unclear"
@@ -86,7 +87,7 @@ class FileReport:
         return (RIGHT, WRONG, UNCLEAR).index(self.verdict)
 
     def __str__(self) -> str:
-        lines = [f"{self.path.name}: {self.verdict}, checked {self.checked} of {self.total}"]
+        lines = [f"{one_line(self.path.name)}: {self.verdict}, checked {self.checked} of {self.total}"]
         lines += [f"{'wrong as well' if n else 'first wrong'}: {fault}" for n, fault in enumerate(self.faults[:6])]
         lines += [f"… and {len(self.faults) - 6} more"] * (len(self.faults) > 6)
         follow = sum(cell.status == CONSEQUENCE for cell in self.cells)

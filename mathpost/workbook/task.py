@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -10,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from mathpost import euler
 from mathpost.errors import InputError
-from mathpost.files import read_text
+from mathpost.files import beside
+from mathpost.toml_table import read_toml
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine
@@ -60,14 +60,12 @@ def task_file(path: str | Path) -> dict[str, Any]:
     InputError
         If it cannot be read or holds another key.
     """
-    try:
-        given = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(str(path), "TOML", str(error)) from None
+    given = read_toml(path)
     known = [each.name for each in fields(Task)]
     for key in given:
         if key not in known:
             raise InputError(f"{path}, {key}", f"one of {', '.join(known)}", key)
-    if isinstance(given.get("machine"), str):
-        given["machine"] = str(Path(path).parent / given["machine"])
+    name = given.get("machine")
+    if isinstance(name, str) and not name.isidentifier():  # the name of one that comes with the package
+        given["machine"] = str(beside(path, name, ".toml", f"{path}, machine"))
     return given

@@ -68,7 +68,7 @@ def test_a_signal_ends_a_run_with_one_line_and_its_kernel(tmp_path):
         kernel = psutil.Process(int((tmp_path / "runs").read_text()))
         running.send_signal(signal.SIGTERM)
         _, said = running.communicate()
-    assert running.returncode == 130 and said == "mathpost: stopped, nothing was written\n"
+    assert running.returncode == 130 and said == "mathpost: stopped, no file is half written\n"
     kernel.wait(timeout=300)
 
 

@@ -80,7 +80,7 @@ def test_a_unit_behind_a_name_is_obeyed(load):
         ('structure = "w C B b X Y Z t"\n', "", r"key 'structure': expected no such key"),
         ('[[table]]\njoint = "A"\nfile = "axis.csv"\n', "", r"table 1, key 'joint': expected one of X, Y, Z, B, C"),
         ('[[table]]\njoint = "B"\n', "", r"table 1, key 'file'"),
-        ('[[table]]\njoint = "B"\nfile = "none.csv"\n', "", r"none.csv: expected a readable file"),
+        ('[[table]]\njoint = "B"\nfile = "none.csv"\n', "", r"no file .none.csv"),
         ('[[table]]\njoint = "X"\nfile = "axis.csv"\nendless = true\n', "", r"'endless': expected a rotary joint"),
         ('[[table]]\njoint = "B"\nfile = "axis.csv"\nkind = 1\n', "", r"key 'kind'"),
         ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,ECC\n0,1\n", r"axis.csv, line 1.*'ECC'"),
@@ -97,6 +97,29 @@ def test_a_unit_behind_a_name_is_obeyed(load):
 def test_files_that_are_refused(load, toml, csv, message):
     with pytest.raises(InputError, match=message):
         load(toml, csv)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "/etc/passwd",
+        "../axis.csv",
+        "a/axis.csv",
+        "C:axis.csv",
+        "axis.csv.csv/..",
+        ".axis.csv",
+        "axis.txt",
+        "link.csv",
+    ],
+)
+def test_a_file_opens_no_file_but_those_beside_it(load, name, tmp_path):
+    """Nor is anything of theirs quoted: the files are there, and hold no table."""
+    for place in (tmp_path / "axis.txt", tmp_path / ".axis.csv", tmp_path.parent / "axis.csv"):
+        place.write_text("root:secret", encoding="utf-8")
+    (tmp_path / "link.csv").symlink_to(tmp_path.parent / "axis.csv")
+    with pytest.raises(InputError, match=r"key 'file': expected the name of a \.csv file beside this one") as error:
+        load(f'[[table]]\njoint = "B"\nfile = "{name}"\n', "")
+    assert "secret" not in str(error.value)
 
 
 def test_constants_by_name(trunnion):

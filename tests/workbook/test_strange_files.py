@@ -15,6 +15,7 @@ from mathpost.workbook import check_file
 from mathpost.workbook.sheet.file import read
 from mathpost.workbook.sheet.graph import Graph
 from mathpost.workbook.sheet.tree import text_of
+from mathpost.workbook.task import task_file
 from tests.workbook import layouts
 from tests.workbook.cells import Values, formula_of, save
 from tests.workbook.test_strangers import SHEETS, workbook
@@ -271,3 +272,13 @@ def test_an_error_is_never_right(cells, place, tmp_path):
     report = check_file(tmp_path / "error.xlsx")
     judged = {cell.cell: cell.status for cell in report.cells}
     assert report.verdict != "right" and judged[f"Sheet1!{place}"] in ("unclear", "wrong")
+
+
+@pytest.mark.parametrize("name", ["/etc/passwd", "../machine.toml", "sub/machine.toml", "machine.txt", "none.toml"])
+def test_a_task_opens_no_machine_but_one_beside_it(name, tmp_path):
+    for place in (tmp_path / "machine.txt", tmp_path.parent / "machine.toml"):
+        place.write_text("secret", encoding="utf-8")
+    (tmp_path / "task.toml").write_text(f'kind = "nc"\nmachine = "{name}"\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"task\.toml, machine: expected ") as error:
+        task_file(tmp_path / "task.toml")
+    assert "secret" not in str(error.value)
