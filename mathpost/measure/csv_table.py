@@ -46,7 +46,7 @@ class Table(dict[str, Any]):
     """
 
     def __init__(self, path: Path | str) -> None:
-        self.path = str(path)
+        self.path = one_line(str(path))
         self.header = ""
         self.lines: tuple[int, ...] = ()
         self.settings: dict[str, str] = {}
