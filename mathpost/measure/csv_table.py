@@ -26,7 +26,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError, as_array
+from mathpost.errors import NUMBER, InputError, as_array, one_line
 from mathpost.files import read_bytes
 from mathpost.measure.headings import MINUS, Row, cells_of, check_aside, check_names, find_header, reads, row_of
 from mathpost.measure.words import LONGEST, UNITS, Names, measure
