@@ -1,12 +1,17 @@
-"""Lesson 06's own functions, as they stand in its cells, on machines, arcs and poles that no lesson uses."""
+"""The functions of lessons 06 and 06b, as their cells stand, on machines, arcs and paths that no lesson uses."""
 
 import json
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
+from mathpost.course import exercise
 from mathpost.course.lesson_data import load
+from mathpost.course.verdict import RIGHT
+from mathpost.path import cl
+from mathpost.post import run, selection
 from tests.conftest import ROOT
 
 CELLS = (
@@ -84,15 +89,20 @@ class Machine:
 NUTATING = Machine([0, 1, 1])  # that of data/machines, in NumPy
 
 
-@pytest.fixture(scope="module")
-def own():
-    """The functions of the cells, by name."""
-    notebook = json.loads((ROOT / "notebooks/06_singular_region.ipynb").read_text(encoding="utf-8"))
+def functions(lesson, cells, **names):
+    """What some cells of a lesson define."""
+    notebook = json.loads((ROOT / f"notebooks/{lesson}.ipynb").read_text(encoding="utf-8"))
     source = {cell["id"]: "".join(cell["source"]) for cell in notebook["cells"]}
-    names = {"np": np, "pairwise": pairwise}
-    for cell in CELLS:
+    names |= {"np": np, "pairwise": pairwise}
+    for cell in cells:
         exec(source[cell], names)
     return names
+
+
+@pytest.fixture(scope="module")
+def own():
+    """The functions of lesson 06, by name."""
+    return functions("06_singular_region", CELLS)
 
 
 def proved(own, kin, one, two, segment):
@@ -195,3 +205,37 @@ def test_eleven_records_one_of_them_at_the_pole(own, kin, width, lowest):
     assert (np.abs(turns).max() > 90) == (lowest == -1)
     if lowest == -180:
         assert np.abs(turns).sum() == pytest.approx(abs(turns.sum())), "no turn is taken back"
+
+
+@pytest.fixture(scope="module")
+def ridge():
+    """The path of 06b-whole, its solutions, and the program that lesson 06b's cells make with a curve."""
+    kin, path = load("dmu50v"), cl.parse(exercise.given("06b-whole"))
+    joints = selection.choose(kin, path).joints
+    made = functions(
+        "06b_spline", ("again", "whole", "asked", "written"), sixths=list(pairwise(np.linspace(0, 1, 7)))
+    )
+
+    def program(curve):
+        poses = made["whole"](kin, joints, path.points, 2, curve)
+        return made["written"](kin, *poses, 800)
+
+    return kin, path, joints[1:5], program
+
+
+def test_the_spline_to_its_end_on_a_different_path(ridge):
+    """By the cells as they stand: right at once with the cubic of (7), and refused with any other curve."""
+    _, _, rows, program = ridge
+    slopes = [(1, rows[1] - rows[0]), (1, rows[3] - rows[2])]
+    clamped, line = CubicSpline([0, 1], rows[1:3], bc_type=slopes), CubicSpline([0, 1], rows[1:3])
+    assert exercise.judge("06b-whole", program(clamped)).status == RIGHT
+    for curve in (line, CubicSpline([-1, 0, 1, 2], rows)):
+        assert "is not on the cubic: at this C it has B" in str(exercise.judge("06b-whole", program(curve)))
+
+
+@pytest.mark.parametrize(
+    ("way", "said"), [("direct", "stays on the part"), ("retract", "not on the cubic"), ("cubic lifted", RIGHT)]
+)
+def test_the_ways_of_the_package_on_that_path(ridge, way, said):
+    kin, path, *_ = ridge
+    assert said in str(exercise.judge("06b-whole", run(path, kin.machine, singular=way).program))

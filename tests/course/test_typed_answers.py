@@ -60,7 +60,7 @@ def typed(name, answer):
 
 
 LESSONS = ("00", "01", "02", "03", "03b", "04", "05", "05b", "06", "06b", "07", "07c")
-ELSEWHERE = {"07-alone", "07c-inverse", "07c-program"}  # programs and a function: test_exercise, test_capstone
+ELSEWHERE = {"06b-whole", "07-alone", "07c-inverse", "07c-program"}  # programs and a function: their own tests
 
 
 def test_every_exercise_of_these_lessons_is_typed():

@@ -1,4 +1,4 @@
-"""The exercises of lessons 07 and 07b: the blade, and on the control."""
+"""The exercises of lessons 07 and 07b, the blade and on the control, and the programs of 06b and 07."""
 
 from functools import cache
 
@@ -7,12 +7,15 @@ import numpy as np
 from mathpost.controls.reader import read
 from mathpost.course.answers import Name, Number, Vector
 from mathpost.course.exercises.selection import WAYS
-from mathpost.course.judged_program import Program, unproved
+from mathpost.course.judged_program import AXIS, LIFTED, TIP, Program, unproved
 from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_axis, with_travel
 from mathpost.course.verdict import define, slip
 from mathpost.path import cl as cldata
+from mathpost.path.deviation import from_segment
 from mathpost.post import run
 from mathpost.post.between_blocks import linearize
+from mathpost.post.match import match
+from mathpost.post.proof import joints_of
 from mathpost.sources import yu_dan
 
 ROWS = (40, 50, 60, 70, 80)
@@ -137,6 +140,46 @@ def not_alone(text: str) -> str:
 def alone():
     """Read back, it reaches every record in order at its feed, and keeps both tolerances between them."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program
+
+
+ON_THE_CUBIC, SWUNG = 0.05, 10.0  # degrees
+
+
+@cache
+def ridge() -> str:
+    """The text of a CL file: six records along a ridge, the pole between the third and the fourth."""
+    tilt, heading, along = np.radians([-11, -6.5, -2.2, 1.6, 6, 11]), np.radians(40), np.arange(6.0)
+    points = np.stack([20 + 3 * along, 45 - along, 12 + along**2 / 10], axis=1)
+    axes = np.stack([np.sin(tilt) * np.cos(heading), np.sin(tilt) * np.sin(heading), np.cos(tilt)], axis=1)
+    return cldata.to_text(cldata.from_arrays(points, axes, feed=FEED), title="ridge")
+
+
+def not_whole(text: str) -> str:
+    """Say what is wrong with a program that is to swing C in the air, on the cubic of equation (7)."""
+    kin, path = load("dmu50v"), cldata.parse(ridge(), "the CL data")
+    if why := unproved(text, kin, path):
+        return why
+    joints = joints_of(kin, read(text, kin.machine))
+    record = match(kin, path, joints, tip=TIP, axis=np.radians(AXIS)).blocks
+    swing = int(np.abs(np.diff(joints[record, 4])).argmax())
+    poses, ends = joints[record[swing] : record[swing + 1] + 1], path.points[swing : swing + 2]
+    high = from_segment(kin.forward(poses)[0], *ends) > LIFTED
+    in_cut = ~(high[:-1] & high[1:])
+    if np.abs(np.diff(poses[:, 4]))[in_cut].sum() > np.radians(SWUNG):
+        return "The tool stays on the part while C swings. Lift it before, and return it behind."
+    curve = np.degrees(yu_dan.clamped(joints[record][swing - 1 : swing + 3, 3:])(np.linspace(0, 1, 20_001)))
+    for b, c in np.degrees(poses[high, 3:]):
+        off = np.abs(curve - [b, c]).max(axis=1)
+        if off.min() > ON_THE_CUBIC:
+            there = curve[np.abs(curve[:, 1] - c).argmin(), 0]
+            return f"In the air B {b:.3f} C {c:.3f} is not on the cubic: at this C it has B {there:.3f}."
+    return ""
+
+
+@define("06b-whole", Program(), given=ridge, complaint=not_whole)
+def on_the_cubic():
+    """Read back, it keeps tip, arc and feed in cut, and in the air each block ends on the cubic of equation (7)."""
+    return run(cldata.parse(ridge()), load("dmu50v").machine, singular="cubic lifted", name="ridge").program
 
 
 @define("07b-stop", Number(decimals=3, unit="s"))
