@@ -272,7 +272,7 @@ def moved_aside(crossing: Crossing, *, most: float = 6.0) -> Live:
     moved.set(marker="", linestyle="-", linewidth=2)
     chart.set(xlim=(-18, 10), ylim=(-14, 14))
     chart.legend(loc="upper left")
-    seconds = np.linspace(0, direct.time, 80)
+    seconds = np.linspace(0, direct.time, 50)
     plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.kin.workpiece_side]), "direct")
     (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
     over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
@@ -283,7 +283,7 @@ def moved_aside(crossing: Crossing, *, most: float = 6.0) -> Live:
             return [way.reason]
         _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
         moved.set_data(*plot.on_pole_map(kin, axes))
-        seconds = np.linspace(0, way.time, 80)
+        seconds = np.linspace(0, way.time, 50)
         line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.kin.workpiece_side]))
         peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
         return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
