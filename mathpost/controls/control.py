@@ -29,6 +29,7 @@ from mathpost.controls.phrases import (
     tilted_of,
     work_offsets_of,
 )
+from mathpost.controls.variables import NAMES
 from mathpost.errors import NUMBER, InputError
 from mathpost.files import data_file, read_text
 from mathpost.machine import Machine
@@ -97,6 +98,7 @@ class Control:
     commands: dict[str, tuple[str, ...]]  # lines by command, see `COMMANDS`
     read: dict[str, str]  # word to meaning, see `mathpost.controls.meanings`
     whole_numbers: str  # what makes a number without a decimal point count as with one, or nothing if all do
+    variables: str  # how it names them, one of `mathpost.controls.variables.NAMES`, or nothing
     continued: str  # at the end of a line that goes on in the next, or nothing
     positioning: str  # which position the rotary axes take for a plane, one of `POSITIONING`, or nothing
     work_offsets: WorkOffsets  # words for them,
@@ -354,6 +356,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         commands={name: tuple(commands.take(name, _templates, TEMPLATES, ())) for name in COMMANDS},
         read={word: read.take(word, *one_of(*MEANINGS)) for word in list(read.content)},
         whole_numbers=blocks.take("whole_numbers", *WORD, ""),
+        variables=blocks.take("variables", *one_of("", *NAMES), ""),
         continued=blocks.take("continued", *WORD, ""),
         positioning=motion.take("positioning", *one_of(*POSITIONING), ""),
         work_offsets=work_offsets_of(file),

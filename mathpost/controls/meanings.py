@@ -148,7 +148,11 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
     _leave(reader)
     plane = plane_blocks.from_text(text)
     line.used("axis ", "centre ", "argument", "feed")
-    reader.at.change(plane=_in_mm(reader, plane))
+    plane = _in_mm(reader, plane)
+    reader.at.change(plane=plane)
+    if reader.control.positioning == "heidenhain":  # what the program may turn the axes by itself with, as A+Q120
+        angles = reader.at.angles_for(plane, reader.control.positioning, **line.choice)
+        reader.plane_angles = dict(zip(reader.names[3:], angles.tolist(), strict=True))
     if line.turned:
         _turn_to(reader, line, **line.choice)
     if line.slides:
@@ -180,9 +184,6 @@ def _working_plane(reader: Lines, line: Line, text: str) -> None:
         return
     reader.note("spatial angles", "cycle 19")
     _plane(reader, line, text)
-    if reader.at.plane is not None:
-        angles = reader.at.angles_for(reader.at.plane, reader.control.positioning)
-        reader.plane_angles = dict(zip(reader.names[3:], angles.tolist(), strict=True))
 
 
 def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
@@ -262,13 +263,24 @@ ASSUMED = {
     "on the shortest way",
     "spatial angles": "the angles of line {line} ({word}) are those of PLANE SPATIAL, not of the rotary axes",
     "tool change": "{word} stand still while a tool is changed, first before line {line}",
+    "unplaced": "a move is judged from where all axes are known; in line {line} first one moves without "
+    "that: {word}",
     "unit": "no word says whether positions are mm or inches: mm",
     "no point": "{word} in line {line} counts mm, inches or degrees, as if it had a point: {control.whole_numbers}",
 }
+# Where a call or a jump goes: how the line begins that has the name.
+CALLS = {
+    "call O": r"[O:]0*{}(?!\d)",
+    "call N": r"N0*{}(?!\d)",
+    "call LBL": r"\d*\s*LBL\s+\"?{}\"?(?!\w)",
+    "jump N": r"N0*{}(?!\d)",
+    "jump label": r"(?:N\d+\s*)?{}:",
+}
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
-OTHERS = ("skip", "argument", "flow", "zero", "tool", "tool number", "length", "speed", "work offset", "TCP on",
-          "TCP off", "TCP on with vectors", "plane angle", "absolute axis", "incremental axis")  # fmt: skip
+OTHERS = ("skip", *CALLS, "end of section", "return", "argument", "flow", "zero", "tool", "tool number", "length",
+          "speed", "work offset", "TCP on", "TCP off", "TCP on with vectors", "plane angle", "absolute axis",
+          "incremental axis")  # fmt: skip
 # How a plane is gone to: words that a line without a plane has no use for.
 POSITIONING = ("turn", "move", "stay", "higher position", "lower position")
 MEANINGS = (*MODES, *STATEMENTS, *sorted(NUMBERS), *MOTIONS, *ASSUMED, *OTHERS)

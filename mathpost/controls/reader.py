@@ -13,15 +13,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.controls import curves, ways
+from mathpost.controls import curves, stops, ways
 from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Coordinates, Setup
 from mathpost.controls.lines import Drilling, Line, plain, templates, tidy, tool_name, whole_number
-from mathpost.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
+from mathpost.controls.meanings import ASSUMED, CALLS, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
+from mathpost.controls.variables import Variables
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
+
+DEEPEST = 8  # calls within calls
+MOST_CALLED = 200_000  # lines that calls run in all
 
 
 def read(text: str, machine: Machine, control: Control | str = "heidenhain", *, name: str = "program") -> Blocks:
@@ -50,7 +54,13 @@ def follow(
     or a length is needed that `setup` does not have.
     """
     lines = Lines(machine, control_for(machine, control), setup or Setup(), name)
-    lines.take_all(text)
+    lines.texts = [each.strip().upper() for each in text.split("\n")]
+    try:
+        lines.take_all(text)
+    except InputError as error:
+        raise stops.with_all(error, lines) from None
+    if lines.awaited:
+        raise InputError(name, "the line that a jump goes to", "none")
     if not lines.count:
         raise InputError(name, "at least one move", "none")
     words, feeds, seconds, rapid, tcp, numbers = lines.all_kept()
@@ -70,7 +80,7 @@ class Lines(bulk.Reader):
         self.name = name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})(?![\d=])")
-        self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})({NUMBER})?")
+        self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})=?({NUMBER})?")
         number = "N" if control.number is None else control.number
         self.numbered = re.compile(rf"^{number}\d+\s*")
         self.pattern = plain(control.number, control.begin, self._words_behind(), self.names)
@@ -96,6 +106,12 @@ class Lines(bulk.Reader):
         self.pending = ""  # tool
         self.begun = ""  # of a line that goes on in the next
         self.ended = False
+        self.turning = False  # whether a line only turns axes: that may be the way to the first position
+        self.returned = False  # from the subprogram that is called
+        self.awaited: re.Pattern[str] | None = None  # the line that a jump goes to
+        self.depth = self.called = 0  # of calls, now, and lines that they have run in all
+        self.texts: list[str] = []  # of the program
+        self.variables = Variables(control.variables, self.numbers_a_cycle)
         self.skipped: Counter[str] = Counter()
         self.notes: dict[str, tuple[int, str]] = {}  # what is taken for granted: its first line and word there
         self.changed = False  # whether a tool was changed
@@ -126,7 +142,10 @@ class Lines(bulk.Reader):
         straight = self.motion in ("linear", "rapid") and not (
             self.cycle or self.everywhere or self.incremental or self.per_turn
         )
-        return straight and self.scale == 1 and self.at.as_they_are and not (self.begun or self.ended)
+        if np.isnan(self.at.words).any():
+            return False
+        running = not (self.begun or self.ended or self.returned or self.awaited)
+        return straight and self.scale == 1 and self.at.as_they_are and running
 
     def take_plain(self, values: np.ndarray) -> None:
         words, value, (rapid, timed, _) = self.columns(values)
@@ -137,20 +156,35 @@ class Lines(bulk.Reader):
     def take_line(self, raw: bytes) -> None:
         """Take one line, word by word."""
         text = raw.decode("utf-8", "surrogatepass").strip()
-        if self.control.continued and text.endswith(self.control.continued):
+        if self.awaited and self.awaited.match(text.upper()):
+            self.awaited = None
+        if self.returned or self.awaited:
+            pass
+        elif self.control.continued and text.endswith(self.control.continued):
             self.begun += self.control.comments.sub(" ", text.removesuffix(self.control.continued)) + " "
         elif not self.ended:
             self.take_words(self.begun + text)
             self.begun = ""
         self.line += 1
 
+    def words_of(self, text: str) -> str:
+        """A line in capital letters, without its number and comments."""
+        return self.numbered.sub("", tidy(self.control.comments.sub(" ", text.removeprefix("/")).strip()))
+
+    def bare(self, text: str, number: int) -> str:
+        """The same, with numbers for variables and without what gives them one."""
+        return tidy(self.variables.line(self.words_of(text), number))
+
     def take_words(self, text: str) -> None:
-        skipped, text = text.startswith("/"), text.removeprefix("/").lstrip()
-        body = self.numbered.sub("", tidy(self.control.comments.sub(" ", text).strip()))
-        template = re.sub(r"^N?\d+\s*", "", text)
+        skipped = text.startswith("/")
+        template = re.sub(r"^/?\s*N?\d+\s*", "", text)
         if self.own_lines.fullmatch(template):
-            self.take_own(body)
+            self.take_own(self.words_of(text))
             return
+        try:
+            body = self.bare(text, self.line)
+        except InputError as error:
+            raise self.error(error.expected, error.found) from None
         line = Line()
         while body:
             if match := self.axis.match(body):
@@ -160,8 +194,7 @@ class Lines(bulk.Reader):
             elif match := self.feed_word.match(body):
                 self.take_feed(line, match)
             else:
-                known = f"a word of a {self.control.name} program (--skip WORD passes one over that moves no axis)"
-                raise self.error(known, repr(body.split()[0]))
+                raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
         if skipped and (line.axes or line.statement):
             raise self.error("a move that is never left out", "one behind an oblique stroke")
@@ -175,6 +208,8 @@ class Lines(bulk.Reader):
             raise self.error(error.expected, error.found) from None
         except MathpostError as error:
             raise self.error("a place where the machine can go", str(error)) from None
+        if line.gone:
+            self.follow_call(*line.gone)
 
     def take_own(self, body: str) -> None:
         """Take a line of the machine file: its words hold, but where its moves go is not known.
@@ -236,6 +271,10 @@ class Lines(bulk.Reader):
             self.plane = meaning
         elif meaning in MOTIONS:
             self.motion, self.cycle = meaning, None
+        elif meaning in CALLS:
+            line.gone = meaning, values
+        elif meaning in ("return", "end of section"):
+            self.take_return(meaning, word)
         elif meaning == "flow":
             raise self.error("a program that runs from line to line", repr(word))
         elif meaning == "zero":
@@ -278,6 +317,52 @@ class Lines(bulk.Reader):
             for value in values:
                 word = word.replace(value, "", 1)
             self.skipped[" ".join(word.split())] += 1
+
+    def numbers_a_cycle(self, text: str) -> bool:
+        """Whether a text is a number of a cycle, whatever else it looks like."""
+        match = self.control.words.match(text)
+        return match is not None and self.control.words.meaning(match)[0] in NUMBERS
+
+    def take_return(self, meaning: str, word: str) -> None:
+        """Take the word that ends a subprogram; at the end of a section nothing happens that nobody has called."""
+        if not self.depth and meaning == "return":
+            raise self.error("a program that runs from line to line", f"{word!r} in no subprogram: it begins again")
+        self.returned = self.depth > 0
+
+    def follow_call(self, meaning: str, values: tuple[str, ...]) -> None:
+        """Run a subprogram of the same text, or jump to a line that comes later."""
+        name = re.escape(values[0]) if meaning == "jump label" else re.escape(tool_name(values[0]))
+        label = re.compile(CALLS[meaning].format(name))
+        places = [number for number, text in enumerate(self.texts, 1) if label.match(text)]
+        if len(places) != 1:
+            raise self.error(f"one line in the program that begins as {values[0]}", f"{len(places)}")
+        if meaning.startswith("jump"):
+            if self.depth or places[0] <= self.line:
+                raise self.error("a jump to a later line, and from no subprogram", f"one to line {places[0]}")
+            self.awaited = label
+            return
+        count = float(values[1]) if len(values) > 1 else 1.0
+        body = self.section(places[0])
+        self.called += int(count * len(body))
+        if self.depth == DEEPEST or self.called > MOST_CALLED or count != int(count) or count < 1:
+            limits = f"calls within calls, at most {DEEPEST}, that run {MOST_CALLED} lines in all"
+            raise self.error(limits, f"{count:g} times {len(body)} lines")
+        here, self.depth = self.line, self.depth + 1
+        for _ in range(int(count)):
+            self.line = places[0]
+            self.take_all("\n".join(body))
+            self.returned = False
+        self.line, self.depth = here, self.depth - 1
+
+    def section(self, first: int) -> list[str]:
+        """The lines of a subprogram, from that with its name to that with the word that ends it."""
+        for number in range(first, len(self.texts)):
+            words = self.control.comments.sub(" ", self.texts[number]).split()
+            text = self.numbered.sub("", " ".join(words))
+            match = self.control.words.match(text)
+            if match and match[0] and self.control.words.meaning(match)[0] in ("return", "end of section"):
+                return self.texts[first - 1 : number + 1]
+        raise self.error("the end of the subprogram", f"none behind line {first}")
 
     def load(self, name: str) -> None:
         """Take the length of another tool."""
@@ -340,7 +425,9 @@ class Lines(bulk.Reader):
         elif arc:
             ways.turn(self, line, arc == "clockwise")
         else:
+            self.turning = not self.at.on_tip and all(self.names.index(name) > 2 for name in line.axes)
             self.put(self.target(line)[None], line)
+            self.turning = False
             if self.everywhere is not None:
                 ways.holes(self, self.at.words, 2, self.everywhere)
 
@@ -386,13 +473,13 @@ class Lines(bulk.Reader):
         """Keep moves, resolved; those on the way to the first position, from where nobody knows, are none."""
         rapid = rapid | (self.motion == "rapid")
         unknown = np.isnan(words).any(axis=0)
-        if (unknown & ~rapid).any():
+        if unknown.any():
+            first = int(unknown.argmax())
+            lacking = ", ".join(self.names[axis] for axis in np.flatnonzero(np.isnan(words[:, first])))
+            self.notes.setdefault("unplaced", (self.line + int(numbers[first]), lacking))
+        if (unknown & ~rapid).any() and not self.turning:
             self.line += int(numbers[(unknown & ~rapid).argmax()])
-            missing = np.isnan(words[:, (unknown & ~rapid).argmax()])
-            name = self.names[int(missing.argmax())]
-            article = "an" if name[0] in "AX" else "a"
-            start = "" if self.changed else f", or --start {name}0"
-            raise self.error(f"{article} {name} word before or in the first move{start}", "none")
+            self.refuse_unknown(np.isnan(words[:, (unknown & ~rapid).argmax()]))
         if self.kept and not rapid.all():
             self.note("tool change", ", ".join(self.names[axis] for axis in sorted(self.kept)))
         untimed = np.isnan(seconds)
@@ -403,6 +490,20 @@ class Lines(bulk.Reader):
         known = slice(None) if not unknown.any() else ~unknown
         of_moves = words, feeds, seconds, rapid, tcps, self.line + numbers
         self.keep(*(column[..., known] for column in of_moves))
+
+    def refuse_unknown(self, missing: np.ndarray) -> None:
+        """A move at feed from where nobody knows: the axes that are missing, and how to say where they stand."""
+        lacking = [name for name, lacks in zip(self.names, missing, strict=True) if lacks]
+        start = {name: 0.0 for name in lacking} | self.at.setup.start
+        stated = ",".join(f"{name}{start[name]:g}" for name in self.names if name in start)
+        hint = (
+            ""
+            if self.changed or self.count or set(lacking) & set(self.at.setup.start)
+            else f", or --start {stated}"
+        )
+        article = "an" if lacking[0][0] in "AX" else "a"
+        words = f"{article} {lacking[0]} word" if len(lacking) == 1 else f"words of {', '.join(lacking)}"
+        raise self.error(f"{words} before or in the first move{hint}", "none")
 
     def error(self, expected: str, found: str | None) -> InputError:
         return InputError(f"{self.name}, line {self.line}", expected, found)

@@ -86,7 +86,7 @@ def test_no_word_behind_a_known_word_is_dropped(control, line, word):
 
 def test_behind_a_plane_to_which_the_slides_move_their_places_are_not_known():
     text = "L X+10 Y+0 Z+5 A+0 C+0 FMAX\nPLANE SPATIAL SPA+60 SPB+0 SPC+0 MOVE DIST50 F1000\nL Z+1 F100\n"
-    with pytest.raises(InputError, match="line 3: expected an X word before"):
+    with pytest.raises(InputError, match="line 3: expected words of X, Y, Z before or in the first move, found"):
         ends(text, "heidenhain")
 
 
@@ -270,3 +270,78 @@ def test_offsets_and_lengths_are_asked_for():
         ends(tools, lengths={})
     _, program = ends(tools, lengths={"1": 50.0, "2": 80.0})
     assert [each.tool_length for _, each in program.machines][-2:] == [50.0, 80.0]
+
+
+KLARTEXT_AC = "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+5 A+0 C+0 FMAX\n"
+SIEMENS_AC = "G90 G710 G0 A0 C0\nG0 X0 Y0 Z5\n"
+
+
+@pytest.mark.parametrize(
+    ("control", "lines", "expected", "feed"),
+    [
+        ("siemens", "DEF REAL _x, _y\n_x=5 _y=-2\nG1 X=_x Y=-_y Z=_x*2-1 F=100*_x", [5, 2, 9], 500),
+        ("siemens", "DEF REAL _Z_HOME=30\nR1=_Z_HOME/4\nG1 X=R1 Y=-R1 Z=AC(R1) F=R1", [7.5, -7.5, 7.5], 7.5),
+        ("siemens", "GOTOF ENDE\nG1 X9 F1\nENDE: G1 Y3 F2", [0, 3, 5], 2),
+        ("heidenhain", "FN 0: Q50 =+550 ; Cutting\nL X+3 FQ50", [3, 0, 5], 550),
+        ("heidenhain", "Q1 = (+8 - 2) / +4\nFN 3: Q2 = +Q1 * -2\nL X+Q1 Y-Q1 Z+Q2 F9", [1.5, -1.5, -3], 9),
+        ("heidenhain", "CALL LBL 7\nCALL LBL 7\nL Y+1\nM30\nLBL 7\nL IX+2 F50\nLBL 0", [4, 1, 5], 50),
+        ("fanuc", "#1=5.\n#2=#1*-2\nG1 X#1 Y-#2 Z[#1+[1-#1]/2] F#1", [5, 10, 3], 5),
+        ("fanuc", "G91\nM98 P1000 L3\nG1 Z1.\nM30\nO1000\nG1 X2. F8\nM99", [6, 0, 6], 8),
+        ("fanuc", "GOTO 40\nG1 X9. F1\nN40 G1 Y3. F2", [0, 3, 5], 2),
+        ("haas", "G91\nM97 P10\nM30\nN10 G1 X2. F8\nM99", [2, 0, 5], 8),
+        ("linuxcnc", "#<f>=70\nM428\nG1 X3. F#<f>\nM429", [3, 0, 5], 70),
+    ],
+)
+def test_constants_subprograms_and_jumps_ahead(control, lines, expected, feed):
+    start = {"heidenhain": KLARTEXT_AC, "siemens": SIEMENS_AC}.get(control, "G21 G90 G0 X0. Y0. Z5. A0. C0.\n")
+    _, program = ends(f"{start}{lines}\n", control)
+    np.testing.assert_allclose(program.blocks.words[-1][:3], expected, atol=1e-9)
+    assert program.blocks.feeds[-1] == feed
+
+
+@pytest.mark.parametrize(
+    ("control", "lines", "line", "said"),
+    [
+        ("siemens", "R1=5\nR1=6", 4, "one value of R1 in the whole program, found 5 in line 3 and 6 here"),
+        ("siemens", "R1=5\nR1=R1+1", 4, "one value of R1"),
+        ("siemens", "_x=5", 3, "'_X=5'"),  # not declared
+        ("siemens", "AA: G0 X1\nGOTO AA", 4, "a jump to a later line, and from no subprogram, found one to line 3"),
+        ("siemens", "R1=2\nIF R1>1 GOTOF AA", 4, "from line to line"),
+        ("heidenhain", "FN 0: Q1 = +1\nFN 1: Q1 = +Q1 + +1", 4, "one value of Q1"),
+        ("heidenhain", "L X+Q9 FMAX", 3, "'X\\+Q9'"),
+        ("heidenhain", "LBL 1\nL IX+1 F9\nCALL LBL 1 REP 2", 5, "from line to line"),
+        ("heidenhain", "CALL LBL 4", 3, "one line in the program that begins as 4, found 0"),
+        ("fanuc", "#1=1.\n#1=#1+1", 3, "one value of #1"),
+        ("fanuc", "G1 X#500 F1", 2, "'X#500'"),
+        ("fanuc", "#1=1/0", 2, "an expression of numbers"),
+        ("fanuc", "#1=2**9", 2, "an expression of numbers"),
+        ("fanuc", "M99", 2, "it begins again"),
+        ("fanuc", "M98 P1\nM30\nO1\nM98 P1\nM99", 5, "calls within calls"),
+        ("fanuc", "M98 P1 L9999999\nM30\nO1\nG0 X1.\nM99", 2, "calls within calls"),
+        ("fanuc", "M98 P1\nM30\nO1\nG0 X1.", 2, "the end of the subprogram"),
+    ],
+)
+def test_what_depends_on_how_a_program_runs_is_refused_with_its_line(control, lines, line, said):
+    start = {"heidenhain": KLARTEXT_AC, "siemens": SIEMENS_AC}.get(control, "G21 G90 G0 X0. Y0. Z5. A0. C0.\n")
+    with pytest.raises(InputError, match=rf"line {line}: .*{said}"):
+        ends(f"{start}{lines}\n", control)
+
+
+def test_all_stops_are_told_at_once_and_what_may_move_the_machine_is_not_offered():
+    text = f"{START}M200 P5\nG1 X1 F100\nM317\nG102 X3\nM428\nM317\nIF [#1 EQ 0] GOTO 5\nM30\nM999\n"
+    with pytest.raises(InputError) as caught:
+        ends(text)
+    offered, others = str(caught.value).split(". Not read, and may move an axis or decide what runs: ")
+    assert offered.startswith("program, line 4: expected a word of a fanuc program, found 'M200'. Not known")
+    assert "M200 P{} (line 4), M317 (line 6, 9). Those that move no axis: --skip 'M200 P{}' --skip M317," in offered
+    assert '"M200 P{}" = "skip", "M317" = "skip"' in offered
+    assert "G102 (line 7), M428 (line 8), IF" in others and "M999" not in str(caught.value)
+
+
+def test_moves_from_nobody_knows_where_are_said():
+    """Rotary axes may go to their first position at a feed, one by one; nothing else may."""
+    _, program = ends("L Z+5 FMAX\nL A+0 F5000\nL C+0 F5000\nL X+1 Y+2 FMAX\nL Z+1 F100\n", "heidenhain")
+    assert list(program.lines) == [4, 5]
+    assert any("in line 1 first one moves without that: X, Y, A, C" in each for each in program.assumed)
+    with pytest.raises(InputError, match="line 2: expected words of X, C before .* or --start X0,Z7,C0"):
+        ends("L A+0 F5000\nL Y+0 F5000\n", "heidenhain", start={"Z": 7})

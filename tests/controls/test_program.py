@@ -128,7 +128,11 @@ def test_numbered_axis_names_take_an_equals_sign():
     ("dialect", "line", "words"),
     [
         ("heidenhain", "L X+1 Y+2 Z+3 B+4 C+5 Q10", "'Q10'"),
-        ("heidenhain", "L IX+1 Y+2 Z+3 B+4 C+5", "an X word"),
+        (
+            "heidenhain",
+            "L IX+1 Y+2 Z+3 B+4 C+5",
+            "an X word before or in the first move, or --start X0",
+        ),
         ("heidenhain", "LP PR+1 PA+30", "'LP'"),
         ("heidenhain", "CALL LBL 1 REP 3", "from line to line"),
         ("heidenhain", "C X+1 Y+2", "the sense of the arc"),
@@ -137,8 +141,8 @@ def test_numbered_axis_names_take_an_equals_sign():
         ("heidenhain", "L X+1 Y+2 Z+3 B+4 C+5 F", "feed above 0"),
         ("heidenhain", "L X+1 Y+2 Z+3 B+4 C+5 F-5", "feed above 0"),
         ("fanuc", "G2 X1 Y2 Z3 B4 C5", "X, Y and Z before an arc"),
-        ("fanuc", "G91 X1 Y2 Z3 B4 C5", "an X word"),
-        ("fanuc", "#1=5", "from line to line"),
+        ("fanuc", "G91 X1 Y2 Z3 B4 C5", "words of X"),
+        ("fanuc", "#1=SIN[5]", "an expression of numbers"),
         ("fanuc", "G10 L2 P1 X0", "'G10'"),
         ("fanuc", "X1 Y2 Z3 A4", "'A4'"),
         ("fanuc", "G53.1", "a tilted plane before it"),
