@@ -25,6 +25,7 @@ from mathpost.course import exercise
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, Verdict
 from mathpost.errors import InputError, internal
 from mathpost.toml_table import read_toml
+from mathpost.workbook import Reference
 from mathpost.workbook.folder import DAMAGED
 
 if TYPE_CHECKING:
@@ -141,14 +142,15 @@ def grade(
     *,
     lessons: Path | str | None = None,
     kept: Kept | None = None,
+    reference: Reference | None = None,
     progress: Callable[[int, int, str], object] | None = None,
 ) -> Class:
     """Judge the work of a class, in a folder laid out as `handed_in` describes; return a `Class`.
 
     `lessons` is the folder of the notebooks as handed out, by default the course's; their content is no student's
-    work. `kept`, a `kept.Kept`, has the records of earlier verdicts. After each workbook
-    ``progress(done, total, name)`` is called. An empty folder is an `InputError`; a bad file goes into its
-    student's `trouble`.
+    work. `kept`, a `kept.Kept`, has the records of earlier verdicts; workbooks are compared with the
+    `reference`, if there is one. After each workbook ``progress(done, total, name)`` is called. An empty folder is
+    an `InputError`; a bad file goes into its student's `trouble`.
     """
     kept = kept or Kept()
     rules = rules or Rules()
@@ -160,7 +162,7 @@ def grade(
         course = _handed_out(handed_out)
         slow, done = sum(len(each.workbooks) for each in students), count(1)
         step = (lambda name: progress(next(done), slow, name)) if progress else str
-        results = [_student(each, course, kept, step) for each in students]
+        results = [_student(each, course, kept, step, reference) for each in students]
     _say_whose_numbers(results)
     same = _same(results)
     missing = set(rules.students) - {each.name for each in results}
@@ -213,7 +215,9 @@ def lesson_of(name: str) -> str:
     return name.split("-")[0]
 
 
-def _student(student: Student, handed_out: set[str], kept: Kept, step: Callable[[str], object]) -> Result:
+def _student(
+    student: Student, handed_out: set[str], kept: Kept, step: Callable[[str], object], reference: Reference | None
+) -> Result:
     """Judge one student's files; `handed_out` are the digests of the course's files and of its cells."""
     result, begun = Result(student.name, trouble=list(student.refused)), time.process_time()
     tried: Tried = {}
@@ -230,7 +234,7 @@ def _student(student: Student, handed_out: set[str], kept: Kept, step: Callable[
                     found = _notebook(path, content, tried, kept)
                     _add_notebook(result, path, content, found, handed_out)
                 elif content not in handed_out:
-                    _add_workbook(result, path, content, _workbook(path, content, kept))
+                    _add_workbook(result, path, content, _workbook(path, content, kept, reference))
         except InputError as error:
             result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
         except TooLarge as error:
@@ -259,13 +263,14 @@ def _notebook(path: Path, content: str, tried: Tried, kept: Kept) -> Notebook:
     return found
 
 
-def _workbook(path: Path, content: str, kept: Kept) -> Workbook:
-    """The record of a workbook, kept or new."""
-    if found := kept.get("workbook", content):
+def _workbook(path: Path, content: str, kept: Kept, reference: Reference | None) -> Workbook:
+    """The record of a workbook, kept or new; with another reference it is another one."""
+    key = content if reference is None else f"{content} {reference.digest}"
+    if found := kept.get("workbook", key):
         return replace(found, name=path.name)
-    found = judged.workbook(path)
+    found = judged.workbook(path, reference)
     if found.verdict != DAMAGED:  # which may differ where LibreOffice is installed
-        kept.put("workbook", content, found)
+        kept.put("workbook", key, found)
     return found
 
 

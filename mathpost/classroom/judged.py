@@ -18,7 +18,7 @@ from mathpost.bounds import TooLarge
 from mathpost.course import exercise
 from mathpost.course.verdict import OPEN, Verdict
 from mathpost.errors import InputError
-from mathpost.workbook import check_file
+from mathpost.workbook import Reference, check_file
 from mathpost.workbook.folder import DAMAGED
 from mathpost.workbook.report import TOO_LARGE, FileReport
 from mathpost.workbook.sheet.file import read
@@ -117,10 +117,10 @@ def count(given: Iterable[tuple[str, str]], tried: Tried) -> None:
     tried.update(together)
 
 
-def workbook(path: Path) -> Workbook:
-    """Return the `Workbook` of a file."""
+def workbook(path: Path, reference: Reference | None = None) -> Workbook:
+    """Return the `Workbook` of a file, compared with a reference if there is one."""
     try:
-        report = check_file(path)
+        report = check_file(path) if reference is None else reference.check(path)
         cells = {} if _too_large(report) else read(path).cells
     except InputError as error:
         return Workbook(path.name, DAMAGED, why=f"expected {error.expected}, found {error.found}")

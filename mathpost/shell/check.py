@@ -1,24 +1,39 @@
-"""Check spreadsheets of rotations or NC words by their formulas."""
+"""Check spreadsheets by their formulas: whatever they compute beside a right one, else rotations and NC words."""
 
 import argparse
+from dataclasses import replace
+from pathlib import Path
 
 from mathpost import machine, workbook
 from mathpost.errors import InputError
-from mathpost.files import write_bytes
+from mathpost.files import write_bytes, write_text
 from mathpost.shell.options import FILE, LANGUAGE, given, show_progress, vector
+from mathpost.workbook.reference.homework import Homework, is_homework, read_homework
+
+NAMES = ("sequence", "convention", "angles", "point", "origin", "machine")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add, out = parser.add_argument, FILE | {"metavar": "OUT"}
     add("path", **FILE | {"metavar": "FILE_OR_FOLDER"}, help="a spreadsheet, or a folder of them")
-    add("--task", metavar="TASK", help="zxz, sequence, nc, or a TOML file with the options below")
+    add("--reference", **FILE, help="the right workbook: hand-ins are compared with it, whatever it computes")
+    add(
+        "--task",
+        metavar="TASK",
+        help="with a reference, a file, made if it is not there; else zxz, sequence, nc, a file",
+    )
     add("--sequence", help="ZXZ, ZYX, … about turned axes, zyx about fixed ones")
     add("--convention", choices=("active", "passive"))
     add("--angles", type=vector, metavar="A,B,C", help="degrees, to be found in the input cells")
     add("--point", type=vector, metavar="X,Y,Z", help="to be found in the input cells")
     add("--origin", type=vector, metavar="X,Y,Z", help="to be found in the input cells")
-    add("--cells", type=_cells, metavar="NAME=RANGE,…", help="angles=B2:B4,point=C2:C4,result=D2:D4")
+    add(
+        "--cells",
+        type=_cells,
+        metavar="NAME=RANGE,…",
+        help="angles=B2:B4,result=D2:D4; with a reference, its cell=theirs",
+    )
     add("--machine", **FILE, help="machine file: a table of CL data and NC words")
     add("--why", metavar="CELL", help="which rule gave the verdict of a cell, and the values it used")
     add("--marked", **out, help="copy with coloured cells; of a folder, a folder")
@@ -30,8 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the faults; for a folder a table, with the progress on standard error."""
     task = asked(options)
+    if isinstance(task, workbook.Reference) and options.task and not Path(options.task).exists():
+        write_text(options.task, task.text(), inputs=[task.path])
+        print(f"{options.task} is what was compared; take out what you did not ask for")
     if not options.path.is_dir():
-        report = workbook.check_file(options.path, task)
+        report = judge(options.path, task)
         print(report)
         if options.why is not None:
             known = report.explain(options.why) if report.explain else ["nothing was judged"]
@@ -50,14 +68,28 @@ def run(options: argparse.Namespace) -> int:
     return summary.status
 
 
-def asked(options: argparse.Namespace) -> workbook.Task:
-    """Return the task that the options name."""
+def judge(path: Path, task: workbook.Task | workbook.Reference) -> workbook.FileReport:
+    """Check one file, with a reference or without."""
+    return task.check(path) if isinstance(task, workbook.Reference) else workbook.check_file(path, task)
+
+
+def asked(options: argparse.Namespace) -> workbook.Task | workbook.Reference:
+    """Return the task that the options name, or the reference."""
     if options.machine is not None and len(machine.load(options.machine).rotary) < 2:
         raise InputError("--machine", "a machine with two rotary axes", "one")
+    path = Path(options.task or "")
+    is_file = path.suffix.lower() == ".toml"
+    if options.reference is not None or (is_file and is_homework(path)):
+        if options.task and not is_file:
+            raise InputError("--task", "with a reference a file, such as homework.toml", repr(options.task))
+        known = is_file and (path.exists() or options.reference is None)
+        homework = read_homework(path, options.reference) if known else Homework(options.reference)
+        homework = replace(homework, cells={**homework.cells, **(options.cells or {})})
+        known_kind = workbook.Task(**given(options, NAMES))
+        return workbook.Reference(homework, lambda file: workbook.check_file(file, known_kind))
     name = options.task or ""
     said = workbook.task_file(name) if name.lower().endswith(".toml") else {"kind": name} if name else {}
-    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
-    return workbook.Task(**said | given(options, names))
+    return workbook.Task(**said | given(options, (*NAMES, "cells")))
 
 
 def _cells(text: str) -> dict[str, str]:

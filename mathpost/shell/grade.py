@@ -8,6 +8,8 @@ from mathpost.classroom.kept import Kept
 from mathpost.errors import INTERNAL, one_line
 from mathpost.files import write_set
 from mathpost.shell.options import FILE, LANGUAGE, OUTPUT, show_progress
+from mathpost.workbook import Reference, check_file
+from mathpost.workbook.reference.homework import read_homework
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="writes .html, .csv and .judged",
     )
     add("--rules", **FILE, help="points, weights and who should hand in, TOML")
+    add("--reference", **FILE, help="the right workbook, with which workbooks are compared; or its homework.toml")
     add("--lessons", **FILE | {"metavar": "FOLDER"}, help="what was handed out (default: the course)")
     add("--language", **LANGUAGE)
 
@@ -31,7 +34,13 @@ def run(options: argparse.Namespace) -> int:
     report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
     among = options.folder.resolve() in report.resolve().parents
     kept = Kept(None if among else report.with_name(f"{report.name}.judged"))
-    graded = grade.grade(options.folder, rules, lessons=options.lessons, kept=kept, progress=show_progress)
+    reference = None
+    if options.reference is not None:
+        is_file = options.reference.suffix.lower() == ".toml"
+        reference = Reference(read_homework(options.reference) if is_file else options.reference, check_file)
+    graded = grade.grade(
+        options.folder, rules, lessons=options.lessons, kept=kept, reference=reference, progress=show_progress
+    )
     if among:
         graded.notes.append("Nothing was kept for the next time: the report is among the files handed in.")
     graded.notes.append("No notebook was run.")

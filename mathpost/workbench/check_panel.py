@@ -15,12 +15,12 @@ from mathpost.shell import check
 from mathpost.workbench.panel import Panel, download
 from mathpost.workbench.run import Made
 from mathpost.workbench.sheet_page import sheet_page
-from mathpost.workbook import check_file, check_folder, mark
+from mathpost.workbook import Reference, check_folder, mark
 from mathpost.workbook.folder import HEADS, MARKED_LIMIT, Row, Summary, row_of
 from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, FileReport
 from mathpost.workbook.sheet.file import read
 
-FIRST = ("path", "sequence", "convention", "machine", "language")
+FIRST = ("path", "reference", "sequence", "convention", "machine", "language")
 MOST_LINES = 400  # of a class; the downloads have all
 SMALL = 200_000  # bytes of the largest marked copy that a line offers by itself
 
@@ -48,7 +48,7 @@ def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) ->
             progress=lambda done, total, path: say(f"{path.name}, {done} of {total}", done, total),
         )  # fmt: skip
     else:
-        report = check_file(place, task)
+        report = check.judge(place, task)
         row, name = (place.name, *row_of(report)), place.name
         if place.suffix.lower() == ".xlsx" and place.stat().st_size <= MARKED_LIMIT and report.cells:
             mark(report, marked / name)
@@ -62,6 +62,8 @@ def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) ->
         files["marked.zip"] = _zipped(marked, copies)
     elif copies:
         files[f"marked_{place.name}"] = copies[0].read_bytes()
+    if isinstance(task, Reference):
+        files["homework.toml"] = task.text().encode()
     files["report.txt"] = f"{summary if many else report}\n".encode()
     verdicts = Counter(row[1] for row in summary.rows)
     said = ", ".join(f"{number} {verdict}" for verdict, number in sorted(verdicts.items()))

@@ -25,6 +25,7 @@ SHIPPED = {  # files that come with the package, by the option that takes them
     "readings": "measurements/*.csv",
     "vectors": "measurements/*head.csv",
     "path": "workbooks/*.xlsx",
+    "reference": "workbooks/*.xlsx",
 }
 NAMED: dict[str, Callable[[], list[str]]] = {  # names to choose from, besides a file of one's own
     "CONTROL": control.names,

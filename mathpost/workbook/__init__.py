@@ -15,13 +15,28 @@ The modules that these call are in the same rooms, one idea a file: `sheet/` rea
 ``python -m mathpost check FILE --why CELL``: the rule that gave it and the values it used, put into words by
 `verdict.reason`.
 
+With a teacher's right workbook nothing of this is asked: `reference` compares two workbooks as functions, whatever
+they compute.
+
 `task` is what was asked, `report` what is said of a file, `folder` a class of files, `symbolic` a sheet as sympy.
 """
 
 from mathpost.workbook.check import check_file
 from mathpost.workbook.folder import check_folder, mark
+from mathpost.workbook.reference.check import Reference
+from mathpost.workbook.reference.homework import Homework
 from mathpost.workbook.report import FileReport
 from mathpost.workbook.symbolic import symbolic
 from mathpost.workbook.task import Task, task_file
 
-__all__ = ["FileReport", "Task", "check_file", "check_folder", "mark", "symbolic", "task_file"]
+__all__ = [
+    "FileReport",
+    "Homework",
+    "Reference",
+    "Task",
+    "check_file",
+    "check_folder",
+    "mark",
+    "symbolic",
+    "task_file",
+]

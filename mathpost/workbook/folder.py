@@ -22,6 +22,7 @@ from mathpost.bounds import bounded
 from mathpost.errors import InputError, OutputError, internal, one_line
 from mathpost.files import csv_text, write_bytes
 from mathpost.workbook.check import check_file
+from mathpost.workbook.reference.check import Reference
 from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, html_table
 from mathpost.workbook.sheet.file import Book, read
 from mathpost.workbook.sheet.safety import MEGABYTE, inspect
@@ -41,7 +42,8 @@ IN_CHINESE = """right=正确 wrong=错误 unclear=未能判定 not_read=无法�
 typed_over_formula=公式被数字覆盖 degrees_for_radians=角度未化为弧度 radians_for_degrees=弧度误作角度
 atan2_order=ATAN2参数顺序 atan_for_atan2=应为ATAN2 sign=符号 transposed=转置 order_of_product=矩阵乘积顺序
 sin_and_cos_exchanged=正弦余弦互换 rounded_early=过早取整 missing_term=缺少一项 wrong_angle=角度用错 branch=另一分支
-wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset=恒定偏移 half_angle=半角 wrong_value=数值错误"""
+wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset=恒定偏移 half_angle=半角 wrong_value=数值错误
+inch_for_mm=应为毫米，却用英寸 mm_for_inch=应为英寸，却用毫米"""
 CHINESE = dict(pair.replace("_", " ").split("=") for pair in IN_CHINESE.split())
 
 
@@ -98,7 +100,7 @@ def _width(text: str) -> int:
 
 def check_folder(
     folder: str | PathLike[str],
-    task: Task | None = None,
+    task: Task | Reference | None = None,
     *,
     marked: str | PathLike[str] | None = None,
     language: str = "en",
@@ -110,7 +112,7 @@ def check_folder(
     Parameters
     ----------
     folder : str or path-like
-    task : Task, optional
+    task : Task or Reference, optional
         The same for all.
     marked : str or path-like, optional, keyword only
         A folder for marked copies, made if it is not there.
@@ -140,7 +142,7 @@ def check_folder(
     for done, path in enumerate(paths, 1):
         name, report = one_line(str(path.relative_to(folder))), None
         try:
-            report = check_file(path, task)
+            report = task.check(path) if isinstance(task, Reference) else check_file(path, task)
         except InputError as error:
             rows.append((name, DAMAGED, "", "", "", str(error)))
         except Exception as error:  # whatever it is: the other files are still checked

@@ -1,0 +1,159 @@
+"""What the check with a reference says of small workbooks, each of which shows one thing."""
+
+import openpyxl
+import pytest
+
+from mathpost.errors import InputError
+from mathpost.shell.main import main
+from mathpost.workbook import Homework, Reference, check_folder, mark
+
+FEED = {"A1": "vc", "B1": 180, "A2": "D", "B2": 16, "A3": "fz", "B3": 0.08, "A4": "z", "B4": 4,
+        "A6": "n", "B6": "=B1*1000/(PI()*B2)", "A7": "vf", "B7": "=B6*B3*B4"}  # fmt: skip
+POLAR = {"A1": "x", "B1": 3.5, "A2": "y", "B2": 4.25, "A4": "radius", "B4": "=SQRT(B1^2+B2^2)",
+         "A5": "angle [deg]", "B5": "=DEGREES(ATAN2(B1,B2))"}  # fmt: skip
+
+
+@pytest.fixture
+def saved(tmp_path):
+    def save(cells, name="theirs.xlsx"):
+        book = openpyxl.Workbook()
+        for address, content in cells.items():
+            sheet, _, cell = address.rpartition("!")
+            if sheet and sheet not in book.sheetnames:
+                book.create_sheet(sheet)
+            (book[sheet] if sheet else book.active)[cell] = content
+        book.save(tmp_path / name)
+        return tmp_path / name
+
+    return save
+
+
+def compared(saved, right, theirs, **homework):
+    return Reference(Homework(saved(right, "right.xlsx"), **homework)).check(saved(theirs))
+
+
+def test_laid_out_elsewhere_it_is_right(saved):
+    theirs = {"Data!C3": 4, "Data!D3": "teeth", "Data!C4": 180, "Data!C5": 0.08, "Data!C6": 16,
+              "Sheet!F9": "=Data!C4/(PI()*Data!C6)*Data!C5*Data!C3*1000"}  # fmt: skip
+    report = compared(saved, FEED, theirs)
+    assert report.verdict == "right" and report.status == 0
+    assert "Sheet!F9: vf" in "\n".join(report.seen)
+
+
+@pytest.mark.parametrize(
+    "cell, content, cause, said",
+    [
+        ("B6", "=B1*1000/(3.14*B2)", "rounded early", "3.14"),
+        ("B6", "=ROUND(B1*1000/(PI()*B2),0)", "rounded early", "rounded in between"),
+        ("B6", 3580.99, "typed over formula", "typed where a formula belongs"),
+        ("B6", "=B1*1000/(PI()*B3)", "wrong reference", "B3 should be B2"),
+        ("B7", "=B6*B3/B4", "wrong value", "B4"),
+    ],
+)
+def test_a_slip_is_told_with_its_cell(saved, cell, content, cause, said):
+    report = compared(saved, FEED, {**FEED, cell: content})
+    assert (report.verdict, report.faults[0].cell, report.faults[0].cause) == ("wrong", f"Sheet!{cell}", cause)
+    assert said in report.faults[0].message
+    assert any("rule: changed so" in line for line in report.explain(cell))
+
+
+@pytest.mark.parametrize(
+    "content, cause", [("=ATAN2(B1,B2)", "radians for degrees"), ("=DEGREES(ATAN2(B2,B1))", "atan2 order")]
+)
+def test_a_unit_is_told_as_a_unit(saved, content, cause):
+    report = compared(saved, POLAR, {**POLAR, "B5": content})
+    assert [(fault.cell, fault.cause) for fault in report.faults] == [("Sheet!B5", cause)]
+
+
+def test_a_right_copy_elsewhere_does_not_save_what_is_labelled(saved):
+    report = compared(saved, FEED, {**FEED, "B7": "=B6*B3", "H20": "=B6*B3*B4"})
+    assert report.verdict == "wrong" and report.faults[0].cell == "Sheet!B7"
+
+
+def test_numbers_of_a_students_own_are_right_as_a_function(saved):
+    report = compared(saved, FEED, {**FEED, "B1": 140, "B2": 12, "B3": 0.05, "B4": 3})
+    assert report.verdict == "right" and "own" in "\n".join(report.warnings)
+
+
+def test_one_number_that_differs_is_asked_about(saved):
+    theirs = {**FEED, "B2": 61}
+    assert compared(saved, FEED, theirs).verdict == "unclear"
+    assert compared(saved, FEED, theirs, numbers="own").verdict == "right"
+    assert compared(saved, FEED, theirs, numbers="given").faults[0].cell == "Sheet!B2"
+
+
+def test_a_result_that_depends_on_nothing_is_a_number_and_no_more(saved):
+    right = {**FEED, "A9": "limit", "B9": "=2*PI()*50"}
+    report = compared(saved, right, {**FEED, "A9": "limit", "B9": "=100*PI()"})
+    assert report.verdict == "right" and "B9 is compared as a number" in "\n".join(report.warnings)
+    assert compared(saved, right, {**FEED, "A9": "limit", "B9": "=99*PI()"}).faults[0].cell == "Sheet!B9"
+
+
+def test_what_is_not_found_is_asked_for_and_can_be_told(saved):
+    right = {"B1": 5, "B2": 7, "B4": "=B1-2*B2"}
+    theirs = {"C1": 11, "D1": 23, "E5": "=C1-2*D1"}
+    report = compared(saved, right, theirs)
+    assert report.status == 2 and "--cells" in "\n".join(report.seen)
+    assert compared(saved, right, theirs, cells={"B1": "C1", "B2": "D1"}).verdict == "right"
+    assert compared(saved, right, theirs, cells={"B1": "D1", "B2": "C1", "B4": "E5"}).verdict == "wrong"
+
+
+def test_a_lookup_by_a_computed_key_is_a_function(saved):
+    table = {f"A{n}": 30.0 * n for n in range(1, 6)} | {f"B{n}": 0.5 + n**1.3 for n in range(1, 6)}
+    right = {**table, "D1": 77.5, "D2": "=MATCH(D1,A1:A5,1)", "D3": "=INDEX(B1:B5,D2)*D1"}
+    assert compared(saved, right, {**table, "F1": 77.5, "F2": "=F1*VLOOKUP(F1,A1:B5,2)"}).verdict == "right"
+    report = compared(saved, right, {**table, "F1": 77.5, "F2": "=F1*INDEX(B1:B5,MATCH(F1,A1:A5,1)+1)"})
+    assert report.verdict == "wrong"
+
+
+@pytest.mark.parametrize(
+    "cells", [{"A1": 1, "A2": 2}, {"A1": 1, "A2": "=A1/0"}, {"A1": 1, "A2": "=WEBSERVICE(A1)"}]
+)
+def test_a_reference_without_results_is_refused(saved, cells):
+    with pytest.raises(InputError):
+        Reference(saved(cells))
+
+
+def test_a_hand_in_of_any_kind_ends_in_a_report(saved):
+    strange = [
+        {"A1": "nothing"}, {"A1": 1.0}, {**FEED, "B6": "=B7"}, {**FEED, "B6": "=B1/0"}, {**FEED, "B6": "=FOO(B1)"},
+        {**FEED, "B1": "many"}, {"A1": "n", "B1": 3580.986}, {**FEED, "B7": "=B6&B3"}, {**FEED, "B2": True},
+    ]  # fmt: skip
+    reference = Reference(saved(FEED, "right.xlsx"))
+    for cells in strange:
+        report = reference.check(saved(cells))
+        assert report.verdict != "right" and "internal" not in str(report), cells
+
+
+def test_the_shell_writes_the_task_and_reads_it_again(saved, tmp_path, capsys):
+    right, theirs, task = saved(FEED, "right.xlsx"), saved({**FEED, "B7": "=B6*B3"}), tmp_path / "homework.toml"
+    assert main(["check", str(theirs), "--reference", str(right), "--task", str(task)]) == 1
+    assert "Sheet!B7" in task.read_text(encoding="utf-8")
+    task.write_text(task.read_text(encoding="utf-8").replace("Sheet!B7", "Sheet!B6"), encoding="utf-8")
+    assert main(["check", str(theirs), "--task", str(task)]) == 0
+    task.write_text('reference = "right.xlsx"\nresult = ["B6"]\n', encoding="utf-8")
+    assert main(["check", str(theirs), "--task", str(task)]) == 2
+    assert "one of reference, numbers" in capsys.readouterr().err
+
+
+def test_a_class_has_a_table_and_marked_copies(saved, tmp_path):
+    reference = Reference(saved(FEED, "right.xlsx"))
+    saved({**FEED, "B7": "=B6*B3"}, "a.xlsx")
+    summary = check_folder(tmp_path, reference, marked=tmp_path / "marked")
+    assert {row[0]: (row[1], row[3]) for row in summary.rows} == {
+        "a.xlsx": ("wrong", "Sheet!B7"), "right.xlsx": ("right", ""),
+    }  # fmt: skip
+    comment = openpyxl.load_workbook(tmp_path / "marked/a.xlsx").active["B7"].comment
+    assert "B6*B3" in comment.text
+    mark(reference.check(tmp_path / "a.xlsx"), tmp_path / "copy.xlsx")
+
+
+def test_the_reference_decides_and_the_check_of_its_kind_is_said_beside(saved, tmp_path):
+    from mathpost.workbook import check_file
+
+    folder = "data/workbooks"
+    reference = Reference(f"{folder}/right.xlsx", check_file)
+    report = reference.check(f"{folder}/lucky.xlsx")
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "ZXZ!B21")
+    assert "without the reference: wrong" in "\n".join(report.seen)
+    assert "reference itself is wrong" in Reference(f"{folder}/lucky.xlsx", check_file).warnings[0]
