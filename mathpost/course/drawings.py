@@ -1,4 +1,4 @@
-"""Still drawings: bore, turns, frames and coins of lessons 00 to 04, set-ups of lessons 08 to 13."""
+"""Still drawings of lessons 00 to 04: a bore, turns, frames and coins."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mathpost import euler
-from mathpost.course.verdict import toml
 from mathpost.draw import plot
 from mathpost.rotation import unit
 
@@ -24,7 +23,6 @@ AXIS = plot.COLOUR["first branch"]  # of a turn
 NODES = plot.COLOUR["second branch"]  # the line of nodes
 ARCS = (plot.COLOUR["tool side"], plot.COLOUR["second branch"], plot.COLOUR["workpiece side"])  # of I, J and K
 BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-HEAD = np.array([[0, 0], [-1, 0.35], [-1, -0.35]])  # of an arrow that points along x
 
 
 Point = Sequence[float] | np.ndarray  # (2,) or (3,)
@@ -197,22 +195,6 @@ def coins(panels: Iterable[Axes3D], turns: str, title: str) -> None:
         axes.set_title(f"{title}\nabout {whose} {letter.upper()}" if letter else title)
 
 
-def set_ups(*names: str) -> None:
-    """Draw set-ups from `setups.toml` side by side, by name."""
-    _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
-    for axes, name in zip(np.atleast_1d(panels), names, strict=True):
-        drawn = toml("setups")[name]
-        parts = [(kind, _outline(geometry), *rest) for kind, geometry, *rest in drawn["parts"]]
-        size = 0.05 * np.ptp(np.concatenate([points for _, points, *_ in parts]), axis=0).max()
-        for part in parts:
-            _part(axes, size, *part)
-        axes.set_title(drawn["title"], fontsize=10)
-        axes.set_aspect("equal")
-        axes.margins(0.12)
-        axes.set_axis_off()
-    plot.show()
-
-
 def _turn(degrees: float) -> np.ndarray:
     return euler.from_axis_angle([0, 0, 1], degrees, degrees=True)[:2, :2]
 
@@ -264,46 +246,3 @@ def _point(
     axes.text(point[0] + 0.07, point[1] + 0.05, name, color=POINT)
     for direction in directions:
         axes.plot(*np.array([point, point @ direction * direction]).T, color=colour, linestyle=":")
-
-
-def _outline(geometry: Any) -> np.ndarray:
-    """Return the points of a part, shape (n, 2): of a box, of a circle or an arc, or as given."""
-    if "box" in geometry:
-        x, y, half_width, half_height = geometry["box"]
-        return BOX * [half_width, half_height] + [x, y]
-    if "circle" in geometry:
-        centre, radius, *ends = geometry["circle"]
-        start, end = ends or (0, 360)
-        angle = np.radians(np.linspace(start, end, 73))
-        return np.add(centre, radius * np.column_stack([np.cos(angle), np.sin(angle)]))
-    return np.array(geometry, dtype=float, ndmin=2)
-
-
-def _part(
-    axes: Axes,
-    size: float,
-    kind: str,
-    points: np.ndarray,
-    role: str,
-    text: str,
-    shift: tuple[float, float] = (0, 0),
-) -> None:
-    """Draw a part in the colour of its role, with its text at the place for its kind."""
-    colour, place = plot.COLOUR[role], points[-1]
-    if kind == "body":
-        axes.fill(*points.T, facecolor=colour, edgecolor=colour, alpha=0.25)
-        place = (points.min(axis=0) + points.max(axis=0)) / 2
-    elif kind == "point":
-        axes.plot(*points.T, "o", color=colour)
-        place = place + 0.8 * size
-    else:
-        axes.plot(*points.T, "--" if kind == "dashed" else "-", color=colour, linewidth=1.2)
-        for tip, before in {"arrow": [(-1, -2)], "turn": [(-1, -2)], "size": [(-1, -2), (0, 1)]}.get(kind, ()):
-            x, y = along = (points[tip] - points[before]) / np.linalg.norm(points[tip] - points[before])
-            axes.fill(*(points[tip] + 0.8 * size * HEAD @ [[x, y], [-y, x]]).T, color=colour)
-        if kind == "arrow":
-            place = place + 0.9 * size * along
-        elif kind != "ring":
-            place = points[len(points) // 2] if len(points) > 2 else points.mean(axis=0)
-    if text:
-        _write(axes, place + size * np.array(shift), text, colour)

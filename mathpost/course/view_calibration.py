@@ -42,8 +42,9 @@ def datum_after_rotation(centre_a: Sequence[float], centre_b: Sequence[float], p
         reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
         axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
         axes.plot(point[across], point[2], "o", color=plot.COLOUR["workpiece"], fillstyle="none")
-        axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([-1, 1]))
-        axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", aspect="equal")
+        axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([1, -1]))
+        title = f"seen from {plot.viewer('XY'[across], '-Z')}"
+        axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", title=title, aspect="equal")
         for (name, points), role in zip(paths.items(), ("first branch", "second branch", "published"), strict=True):
             seen = [(point[across], point[2]) for point in points]
             moving.line(axes, role, seen, plot.STYLE[role], marker="o", markevery=[-1], label=name)

@@ -175,7 +175,8 @@ def tip_path(axes: Axes, kin: Kinematics, joints: np.ndarray, *, role: str, labe
 def turned_point(axes: Axes, path: ArrayLike, centre: ArrayLike, *, names: Sequence[str]) -> None:
     """Draw the path of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
 
-    `path` has shape (n, 2), `centre` is where the axis is seen; `names` label the two axes of the plane.
+    `path` has shape (n, 2), `centre` is where the axis is seen; `names` are those of the machine's axes in the
+    plane, the one to the right and the one upwards, or downwards with a minus before it.
     """
     path, centre = np.asarray(path), np.asarray(centre)
     axes.plot(*np.array([path[0], centre, path[-1]]).T, color=COLOUR["machine"], linewidth=0.8)
@@ -183,7 +184,22 @@ def turned_point(axes: Axes, path: ArrayLike, centre: ArrayLike, *, names: Seque
     axes.plot(*path.T, color=COLOUR["workpiece"])
     axes.plot(*path[0], "o", color=COLOUR["workpiece"], fillstyle="none")
     axes.plot(*path[-1], "o", color=COLOUR["workpiece"])
-    axes.set(xlabel=f"{names[0]} (mm)", ylabel=f"{names[1]} (mm)", aspect="equal")
+    right, up = names[0], names[1][-1]
+    axes.set(xlabel=f"{right} (mm)", ylabel=f"{up} (mm)", aspect="equal", title=f"seen from {viewer(*names)}")
+    axes.yaxis.set_inverted(up != names[1])
+
+
+def viewer(right: str, up: str) -> str:
+    """Return the direction of the machine from which one looks at two of its axes; a minus is one that points down.
+
+    Examples
+    --------
+    >>> viewer("X", "Y"), viewer("X", "Z"), viewer("X", "-Z")
+    ('+Z', '−Y', '+Y')
+    """
+    (third,) = set("XYZ") - {right, up[-1]}
+    towards = np.cross(*(np.eye(3)["XYZ".index(name[-1])] for name in (right, up))).sum() * (1 - 2 * (len(up) > 1))
+    return f"{'+' if towards > 0 else '−'}{third}"
 
 
 def ellipse(axes: Axes, centre: ArrayLike, covariance: np.ndarray, **style: Any) -> None:

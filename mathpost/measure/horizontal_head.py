@@ -7,7 +7,7 @@ model that predicts the positions in between. Angles are degrees throughout, as 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
 
@@ -159,6 +159,7 @@ class FittedHead:
 
     measured: Head
     estimate: Estimate
+    repeated: tuple[str, ...] = ()  # coordinates that repeat to the last digit: they say nothing of the noise
 
     @property
     def residuals(self) -> np.ndarray:
@@ -199,8 +200,9 @@ class FittedHead:
 def fit_head(head: Head, *, sigma: float | None = None) -> FittedHead:
     """Fit the model to a measured head, as `FittedHead`; three positions or more, else `InputError`.
 
-    `sigma` is the standard deviation of a coordinate, mm. Index errors of positions that were not measured stay
-    unseen; the residuals show how large they may be.
+    `sigma` is the standard deviation of a coordinate, mm; without it the residuals supply it, but for those of a
+    coordinate of which each reading repeats another to the last digit: that was not measured. Index errors of
+    positions that were not measured stay unseen; the residuals show how large they may be.
 
     Examples
     --------
@@ -208,6 +210,17 @@ def fit_head(head: Head, *, sigma: float | None = None) -> FittedHead:
     >>> fitted.head(step=2.5).vector(45).round(3)
     array([ 267.988, -267.902,  533.481])
     """
-    read = {"CPOS": head.angles} | dict(zip("xyz", head.vectors.T, strict=True))
-    arm = turning_arm(head.sense, head.zero)
-    return FittedHead(head, arm.identify(read, degrees=True, sigma=sigma))
+    arm, coordinates = turning_arm(head.sense, head.zero), dict(zip("xyz", head.vectors.T, strict=True))
+    read = {"CPOS": head.angles} | coordinates
+    repeated = tuple(name for name, values in coordinates.items() if _all_repeat(values))
+    if sigma is not None or not repeated or len(repeated) == 3:
+        return FittedHead(head, arm.identify(read, degrees=True, sigma=sigma), repeated)
+    heard = arm.identify({name: read[name] for name in read if name not in repeated}, degrees=True)
+    found = arm.identify(read, degrees=True, sigma=heard.noise) if heard.spare else arm.identify(read, degrees=True)
+    return FittedHead(head, replace(found, spare=heard.spare, noise=heard.noise, freedom=heard.freedom), repeated)
+
+
+def _all_repeat(values: np.ndarray) -> bool:
+    """Whether each of these readings repeats another to the last digit: a measurement seldom does."""
+    _, counts = np.unique(values, return_counts=True)
+    return bool((counts > 1).all())

@@ -58,7 +58,11 @@ def _left(fitted: FittedHead) -> list[str]:
     head, rows = fitted.measured, [("", *"XYZ", *"XYZ")]
     for angle, u, left in zip(head.angles, head.vectors, 1e3 * fitted.residuals, strict=True):
         rows.append((f"{angle:g}", *(f"{value:z.3f}" for value in u), *(f"{value:z.1f}" for value in left)))
-    return ["the vector at each angle, mm, and what is left of it, µm", *columns(rows)]
+    said = [
+        f"{name.upper()} repeats to the last digit: was it measured? It says nothing of the noise"
+        for name in fitted.repeated
+    ]
+    return ["the vector at each angle, mm, and what is left of it, µm", *columns(rows), *said]
 
 
 def _axis(fitted: FittedHead) -> list[str]:

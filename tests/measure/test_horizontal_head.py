@@ -1,6 +1,6 @@
 """The horizontal head: the source's numbers, its program's faults, and the model between the measured angles."""
 
-from pathlib import Path
+import tomllib
 
 import numpy as np
 import pytest
@@ -10,8 +10,9 @@ from mathpost.errors import InputError
 from mathpost.measure import horizontal_head
 from mathpost.measure.horizontal_head import VERTICAL, Head
 from mathpost.shell.main import main
+from tests.conftest import ROOT
 
-CSV = Path(__file__).parent.parent.parent / "data/measurements/five_face_head.csv"
+CSV = ROOT / "data/measurements/five_face_head.csv"
 OFFSET, POINT = (1000, 500, 300), (10, 20, 30)
 
 
@@ -83,11 +84,33 @@ def test_the_model_of_the_printed_head(head):
     fitted = horizontal_head.fit_head(head)
     expected = {"cx": 0.070, "cy": 0.037, "a": 378.9085, "b": -0.015, "d": 533.4355, "e": 0.0325, "f": 0.0325}
     np.testing.assert_allclose([fitted.estimate[name] for name in expected], list(expected.values()), atol=6e-4)
-    assert np.abs(fitted.residuals).max() <= 0.025 + 1e-9 and fitted.estimate.spare == 5
+    assert np.abs(fitted.residuals).max() <= 0.025 + 1e-9
     assert 1e6 * fitted.tilt == pytest.approx(121, abs=0.5)
     whole = fitted.head(step=5)
     assert len(whole.angles) == 72
     np.testing.assert_allclose(head.vectors - [whole.vector(a) for a in head.angles], fitted.residuals, atol=1e-9)
+
+
+def test_heights_that_repeat_to_the_last_digit_say_nothing_of_the_noise(head):
+    fitted = horizontal_head.fit_head(head)
+    left = fitted.residuals[:, :2]  # eight readings of x and y, four unknowns
+    assert fitted.repeated == ("z",) and fitted.estimate.spare == fitted.estimate.freedom == 4
+    assert fitted.estimate.noise == pytest.approx(np.sqrt((left**2).sum() / 4))
+    u = np.sqrt((left**2).sum() / 4) / 2  # a mean of four
+    assert fitted.estimate.deviation("cx") == pytest.approx(u) == fitted.estimate.deviation("d")
+    read = head.vectors.copy()
+    read[[0, 3], 2] += 0.001, 0.002
+    measured = horizontal_head.fit_head(Head(head.angles, read))
+    assert measured.repeated == () and measured.estimate.spare == 5
+
+
+def test_the_lesson_names_every_word_that_suppresses_all_frames():
+    control, lesson = (
+        (ROOT / path).read_text("utf-8")
+        for path in ("data/controls/siemens.toml", "notebooks/09_five_face_head.ipynb")
+    )
+    suppress = [word for word, what in tomllib.loads(control)["read"].items() if what == "machine coordinates"]
+    assert suppress and all(f"**{word}**" in lesson for word in suppress)
 
 
 @pytest.mark.parametrize("sense", [-1, 1])
