@@ -75,7 +75,7 @@ def apart(problem: Problem, solution: Solution) -> list[str]:
 
 def _informations(problem: Problem, solution: Solution) -> list[Information]:
     """What each source says, and at last what was known before; about the `solution`."""
-    kept = problem.sought(effects=True, drift=True)
+    kept = problem.sought(effects=True, drift=3)
     alone = {n for part in (*problem.drifts, *problem.places) for n in range(part.start, part.stop)}
     shared = [n for n in kept if n not in alone]
     derivatives, found = problem.linear[2], []

@@ -59,6 +59,7 @@ class Calibration:
     doubts: tuple[str, ...] = ()  # sentences: why the readings do not fit
     notes: tuple[str, ...] = ()  # sentences: what else was seen
     residuals: tuple[verdict.Residual, ...] = ()  # what is left of each reading
+    methods: tuple[str, ...] = ()  # of the files, each once
 
     @property
     def fits(self) -> bool:
@@ -137,6 +138,20 @@ class Calibration:
             lines.append(f"noise of a reading in {one_line(name)}: {1e3 * sigma:.2f} µm, {stated}")
         return "\n".join([*lines, *self.notes])
 
+    @property
+    def on_trust(self) -> str:
+        """A paragraph: what no residual can show, and how to try it; from where places count."""
+        lines = ["Taken on trust, for no residual shows it, and how to try it:"]
+        lines += [f"  {line}" for method in self.methods for line in files.METHODS[method]["trust"]]
+        if self.values:
+            at = " ".join(f"{axis}{place:z.3f}" for axis, place in zip("XYZ", self.about.tolist(), strict=True))
+            lines.append(
+                f"  that places count from the mean of the readings, slides at {at} (no tool length active):"
+            )
+            lines.append("  elsewhere slides that are out of square show them in other places; probe one there")
+            lines.append("  a drift too small to show: repeat the first pose at the end")
+        return "\n".join(lines)
+
     def _centres(self) -> list[str]:
         """Lines that say where each measured table axis is in machine coordinates."""
         lines = []
@@ -194,7 +209,9 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
     problem = Problem(machine, blocks, seen)
     solution = problem.solve()
     found = _calibration(problem, solution, bars[0] if bars else {})
-    found = replace(found, residuals=tuple(verdict.residuals(problem, solution)))
+    methods = [*(each.method for each in blocks), *["laser"] * bool(seen), *["bar"] * bool(bars)]
+    left = tuple(verdict.residuals(problem, solution))
+    found = replace(found, residuals=left, methods=tuple(dict.fromkeys(methods)))
     if not seen and set(found.values) <= set(found.assumed):
         raise InputError(", ".join(found.noise), "readings at several angles of an axis", "none that tells of one")
     verdict.refuse_absurd(found)

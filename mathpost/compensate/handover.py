@@ -29,7 +29,7 @@ def write(
     files = {"machine.toml": machine_file(calibration, path), **error_files(calibration)}
     files = {name: _doubted(calibration, "#") + text for name, text in files.items()}
     files |= {name: _doubted(calibration, ";") + text for name, text in tables.items()}
-    files["terms.txt"] = "\n".join([str(calibration), "", terms(calibration), *notes, ""])
+    files["terms.txt"] = "\n".join([str(calibration), "", calibration.on_trust, "", terms(calibration), *notes, ""])
     write_set({folder / name: text for name, text in files.items()}, inputs=[find(path), *inputs], folders=True)
     return [folder / name for name in files]
 

@@ -23,7 +23,7 @@ from mathpost.compensate import held
 from mathpost.compensate.model import SQUARENESS, out_of_square, table_position
 from mathpost.compensate.moved import moved, unknowns
 from mathpost.compensate.positioning import Positioning
-from mathpost.compensate.unmeasured import Unmeasured, unmeasured
+from mathpost.compensate.unmeasured import Unmeasured, drift_shapes, unmeasured
 from mathpost.errors import InputError
 from mathpost.measure.fit import least_squares
 
@@ -80,7 +80,7 @@ class Problem:
     """All readings as one function of all unknowns.
 
     The unknowns are the geometry in the order of `unknowns`, the entries of the tables, the terms of what was not
-    measured, three drifts for each file, and each ball's place and zero.
+    measured, three drifts for each file and how they bend, and each ball's place and zero.
     """
 
     def __init__(self, machine: Machine, blocks: list[Readings], tables: list[Positioning]) -> None:
@@ -97,7 +97,7 @@ class Problem:
         self.effects = [Unmeasured.of(n, self.about) for n in moving if n not in seen]
         sizes = [len(self.names), *(len(each.at) for each in tables), *(len(each.sigma) for each in self.effects)]
         places = [4 * (int(each.setup.max()) + 1) for each in blocks]
-        self.geometry, *parts = _slices([*sizes, *(3 for _ in blocks), *places])
+        self.geometry, *parts = _slices([*sizes, *(6 for _ in blocks), *places])
         self.entries, parts = parts[: len(tables)], parts[len(tables) :]
         self.terms, parts = parts[: len(self.effects)], parts[len(self.effects) :]
         self.drifts, self.places = parts[: len(blocks)], parts[len(blocks) :]
@@ -120,7 +120,7 @@ class Problem:
         for each, own in zip(self.effects, self.terms, strict=True):
             prior[own] = each.sigma
         for own in self.drifts:
-            prior[own] = given["drift"]
+            prior[own] = given["drift"] * np.repeat([1, 0.5], 3)
         return prior
 
     def solve(self) -> Solution:
@@ -140,7 +140,9 @@ class Problem:
         if plain is None:
             raise self._too_few(self.sought(), given)
         noise = plain
-        for more in (self.sought(effects=True), self.sought(drift=True), self.sought(effects=True, drift=True)):
+        for more in (
+            self.sought(effects, drift) for drift in (0, 3, 6) for effects in (False, True) if effects or drift
+        ):
             found = self._noise(more, given)
             if found is not None and self._speaks_for(found, noise):
                 noise = found
@@ -162,7 +164,7 @@ class Problem:
         sigmas = np.concatenate(
             [np.broadcast_to(sigma, len(each.value)) for sigma, each in zip(given, self.sources, strict=True)]
         )
-        found = self._estimate(self.sought(effects=True, drift=True), sigmas, [])
+        found = self._estimate(self.sought(effects=True, drift=3), sigmas, [])
         return float(((found.residuals / sigmas) ** 2).sum() + ((found.x / self.prior) ** 2).sum())
 
     def read_again(self, blocks: list[Readings]) -> Problem:
@@ -194,10 +196,10 @@ class Problem:
         index = found.kept.index(self.names.index(name))
         return bool(np.sqrt(found.covariance[index, index]) <= DETERMINED * self.prior[found.kept[index]])
 
-    def sought(self, effects: bool = False, drift: bool = False) -> list[int]:
-        """Indices of the unknowns that are sought."""
+    def sought(self, effects: bool = False, drift: int = 0) -> list[int]:
+        """Indices of the unknowns that are sought; `drift` of each file, 3 if it is steady, 6 if it bends."""
         left_out = set() if effects else {n for own in self.terms for n in range(own.start, own.stop)}
-        left_out |= set() if drift else {n for own in self.drifts for n in range(own.start, own.stop)}
+        left_out |= {n for own in self.drifts for n in range(own.start + drift, own.stop)}
         return [n for n in range(self.count) if n in self.told and n not in left_out]
 
     def _exact(self, kept: list[int], sigmas: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -353,7 +355,7 @@ class Problem:
             zero = place + 4 * block.setup + 3
             gaps = gaps + x[zero]
             derivatives[np.arange(len(zero)), zero] = 1
-        derivatives[:, drift] = block.order[:, None] * block.direction
+        derivatives[:, drift] = np.einsum("ns,nd->nsd", drift_shapes(block.order), block.direction).reshape(-1, 6)
         return gaps + derivatives[:, drift] @ x[drift], derivatives
 
     def _along(

@@ -98,6 +98,7 @@ def template(method: str, machine: Machine) -> str:
     if method == "ballbar":
         settings["centre"] = "0 0 50"
     comments = [f"# {line}" for line in METHODS[method]["words"].strip().splitlines()]
+    comments += [f"# taken on trust: {line}" for line in METHODS[method]["trust"]]
     comments += [f"# {key} = {value}" for key, value in settings.items()]
     return "\n".join([*comments, _example(method, machine)])
 

@@ -56,6 +56,11 @@ class Unmeasured:
         return cls(joint, shape, np.tile(size, 2))
 
 
+def drift_shapes(order: np.ndarray) -> np.ndarray:
+    """How a file drifts, from the `order` of its readings, 0 to 1, shape (n,): steadily, and bent; (n, 2)."""
+    return np.column_stack([order, 4 * order * (1 - order)])
+
+
 @dataclass(frozen=True)
 class Shown:
     """An error that nobody measured, and that readings show."""
@@ -77,7 +82,8 @@ def shown(problem: Problem, solution: Solution) -> dict[str, Shown]:
         at = np.concatenate(positions)
         sums.append((problem.machine.joint_names[each.joint], own, each.shape(at)))
     for block, own in zip(problem.blocks, problem.drifts, strict=True):
-        sums += [(block.where, slice(index, index + 1), np.eye(1)) for index in range(own.start, own.stop)]
+        shares = np.einsum("ns,de->dnse", drift_shapes(block.order), np.eye(3)).reshape(3, -1, 6)
+        sums += [(block.where, own, share) for share in shares]
     found: dict[str, Shown] = {}
     for name, own, shares in sums:
         error, before = np.abs(shares @ solution.x[own]), found.get(name, Shown(0.0, 0.0))

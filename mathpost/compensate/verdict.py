@@ -105,8 +105,9 @@ def judge(problem: Problem, solution: Solution) -> tuple[tuple[str, ...], tuple[
             wrong = "it is no such machine (data/measurements/methods.toml), or a sign or a column is wrong"
             doubts.append(f"{said}, {beyond}: {wrong}")
         elif name not in SQUARENESS:
-            cure = "warm the machine up, and end with the first pose" if _drifts(problem, name) else "measure it"
-            notes.append(f"{said}: it is in U; {cure}")
+            steady = "taken out, and in U, as far as it is steady or bends once; a jump is not"
+            cure = f"{steady}. Warm the machine up, and end with the first pose"
+            notes.append(f"{said}: {cure if _drifts(problem, name) else 'it is in U; measure it'}")
     return tuple(doubts), tuple(notes)
 
 
@@ -120,7 +121,7 @@ def _in_words(problem: Problem, name: str, each: Shown) -> str:
     if name in SQUARENESS:
         return f"{name}: the readings show slides out of square by {1e6 * each.size:.0f} µrad"
     if _drifts(problem, name):
-        return f"{name}: the readings drift by {1e3 * each.size:.1f} µm from the first row to the last"
+        return f"{name}: the readings drift by up to {1e3 * each.size:.1f} µm while they are taken"
     if name in problem.machine.joint_names[3:]:
         found = f"up to {np.degrees(3600 * each.size):.1f} arcsec that nobody measured"
         return f"{name}: the readings show a positioning error of {found}"

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     if not options.readings:
         raise InputError("calibrate", "files of readings, or --template", "none")
     found = calibrate(setup, options.readings, **given(options, SAID))
-    print(found)
+    print(f"{found}\n\n{found.on_trust}")
     if not (found.fits or options.accept):
         print("The readings do not fit: nothing was written. (--accept writes all the same)", file=sys.stderr)
     elif options.output:

@@ -117,7 +117,7 @@ def test_the_row_with_the_chip_is_named(tmp_path):
     ("square", "drift", "doubt"),
     [
         ((0, 200e-6, 0), 0.0, "EB0Z: the readings show slides out of square by 2"),
-        ((0, 0, 0), 0.05, "the readings drift by 5"),
+        ((0, 0, 0), 0.05, "the readings drift by up to 5"),
     ],
 )
 def test_what_no_machine_in_good_order_has_is_doubted(square, drift, doubt, tmp_path):

@@ -144,3 +144,37 @@ def test_the_lessons_own_face_from_a0_c0():
         assert angles == pytest.approx([-54.7356, -45], abs=1e-4)
         assert clearance("ac_table", angles, 135, tilt, 0) == pytest.approx(-1)
         assert clearance("ac_table", angles, 135, tilt, 180) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "said"),
+    [
+        *(
+            ("08-words", answer, RIGHT)
+            for answer in ("AB", "A-30.000 B10.000", ["A-30.", "B10."], "A, B", "B and A")
+        ),
+        *(("08-words", answer, "Not D and E") for answer in ("DE", "D-30. E10.")),
+        *(
+            ("10-sense", answer, RIGHT)
+            for answer in ("Y-120 Z-340", "yc -120, zc -340", [-120, -340], "-120; -340")
+        ),
+        ("10-sense", "X1 Y2", "Expected two numbers"),
+        ("10-square", (0.03, -0.02), "with which the file was simulated"),
+        *(("11-factor", answer, RIGHT) for answer in ("2.92x", "2.92 ×", "2.92 times", 2.92)),
+        *(("12-table", answer, "it is taken away there") for answer in (225, "45", 315.0, "row 180")),
+        *(("12-table", answer, RIGHT) for answer in (135, "135°", 135.0)),
+        ("12-table", 50, "Expected one of 0, 45"),
+        ("12-steps", "3, 4", "there are more"),
+        ("12-steps", [3, 4, 5], "at 5°, much of the ripple is still left"),
+    ],
+)
+def test_answers_of_the_later_lessons_as_they_are_typed(name, answer, said):
+    assert said in str(exercise.judge(name, answer))
+
+
+def test_a_bar_that_is_too_short_is_not_shown_as_long_enough():
+    """Found among whole angles: the shortest bar rounds to 2.00 and is not longer than 2."""
+    shown = {
+        str(exercise.judge("14-angles", (a, b, c))) for a in (20, 37) for b in range(16, 75) for c in (-59, 50)
+    }
+    assert not any("only 2.0" in each for each in shown) and any("only 1." in each for each in shown)

@@ -2,22 +2,56 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost import machine
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
+from mathpost.course.answers.kind import Numbers
 from mathpost.course.lesson_data import data, load
 from mathpost.course.verdict import define, slip
+from mathpost.errors import InputError
 from mathpost.measure import cutter, horizontal_head, rotary_axis, work_offset
 from mathpost.measure.horizontal_head import VERTICAL, Head
 
 if TYPE_CHECKING:
     from mathpost.measure.fit import Measurement
+
+
+class Addresses(Names):
+    """Letters of NC words: a list, run together, or with their numbers, such as A-30. B10."""
+
+    def read(self, answer: Any) -> list[str]:
+        words = answer if isinstance(answer, str) else " ".join(map(str, answer))
+        letters = re.sub(r"[-+.\d\s,;\[\]]", "", words.replace("−", "-")).upper()
+        return super().read(list(letters) if letters and set(letters) <= set(self.listed) else answer)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place(Vector):
+    """Coordinates of an axis, under their own names or as the control shows them."""
+
+    shown: str = "Y Z"
+
+    def read(self, answer: Any) -> Numbers:
+        try:
+            return super().read(answer)
+        except InputError:
+            return Vector(names=self.shown, unit=self.unit).read(answer)
+
+
+class Factor(Number):
+    """How many times: 2.92, 2.92x, 2.92 times."""
+
+    def read(self, answer: Any) -> Numbers:
+        return super().read(re.sub(r"\s*(?:[x×]|times|倍)\s*$", "", answer) if isinstance(answer, str) else answer)
+
 
 CENTRES = {"centre_a": (0, -200, -850), "centre_b": (-350, 0, -900)}
 G54 = (-300, -250, -600)
@@ -44,7 +78,7 @@ def after_turn(start=SET_UP, end=NEW, order="AB", iso=True):
     return work_offset.moved(G54, table, start, end, degrees=True)
 
 
-@define("08-words", Names, given=lambda: CALL)
+@define("08-words", Addresses, given=lambda: CALL)
 def missing_words():
     """G10 L2 stores X Y Z only; without A-30. B10. the table stands where it stood, and G55 names another place."""
     old = work_offset.WorkOffset("G54", *G54, A=0, B=0)
@@ -135,7 +169,7 @@ def unknown_sense() -> dict[str, ArrayLike]:
     return probed_table(1).simulate(true, at, sigma=0.002, seed=10, degrees=True)
 
 
-@define("10-sense", Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"), given=unknown_sense)
+@define("10-sense", Place(names="yc zc", decimals=2, tolerance=0.02, unit="mm"), given=unknown_sense)
 def sense(senses=(-1, 1), rows=(0, 1, 2)):
     """Only with the axis (1, 0, 0) are the residuals those of a probe: this table turns the other way."""
     readings = {name: np.asarray(unknown_sense()[name])[list(rows)] for name in ("angle", "y", "z")}
@@ -144,7 +178,7 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
     return [best["yc"], best["zc"]]
 
 
-@define("11-factor", Number(decimals=2))
+@define("11-factor", Factor(decimals=2))
 @slip("sine", lambda: np.sin(np.radians(20)))
 @slip("tangent", lambda: 1 / np.tan(np.radians(20)))
 @slip("cosine", lambda: 1 / np.cos(np.radians(20)))

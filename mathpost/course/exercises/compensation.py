@@ -51,7 +51,15 @@ def spoilt_table() -> str:
     return "\n".join(lines)
 
 
-@define("12-table", Angle(decimals=0), given=spoilt_table)
+class Row(Name):
+    """A row of the table, by its target; what is said of a wrong one is read from that row."""
+
+    def nearly(self, value: str, target: str) -> str:
+        row = next(line.split(",") for line in spoilt_table().splitlines() if line.split(",")[0] == value)
+        return "At {}° the error is {}″ and the command {}°: it is taken away there.".format(*row)
+
+
+@define("12-table", Row, given=spoilt_table)
 @slip("greatest", lambda: max(range(0, 360, 45), key=lambda target: abs(table_error()(target))))
 def spoilt():
     """Where the command is above the target although the axis already goes too far."""
@@ -85,7 +93,7 @@ def not_enough(step: str) -> str:
 
 @define("12-steps", Names(STEPS, about=not_enough))
 def steps(share=0.5, teeth=30):
-    """Below half of the period, and not just below: near the limit the spline still leaves much of the wave."""
+    """Below half of the period of 12°. Just below, at 5°, much of the ripple is still left; at 3° hardly any."""
     return {step for step in STEPS.split() if ripple_left(step, teeth) <= share}
 
 
@@ -226,7 +234,7 @@ def hides_a_mistake(answer: Sequence[float]) -> str:
     right, *others = common_matrices(("right", *COMMON), angles) @ np.array([3.0, 4.0, 5.0])
     apart = {name: float(np.linalg.norm(other - right)) for name, other in zip(COMMON, others, strict=True)}
     name = min(apart, key=lambda each: apart[each])
-    return "" if apart[name] > 2 else f"The bar of '{name}' is only {apart[name]:.2f} long."
+    return "" if apart[name] > 2 else f"The bar of '{name}' is only {math.floor(100 * apart[name]) / 100:.2f} long."
 
 
 @define("14-angles", Vector(names="α β γ", decimals=None, unit="degrees"), complaint=hides_a_mistake)
