@@ -130,6 +130,29 @@ def parts(axes: Axes3D, point: Point, axis: Point, degrees: float) -> None:
     _space_arc(axes, along + 0.45 * (np.cos(t) * across + np.sin(t) * side), AXIS, "t")
 
 
+def two_mirrors(axes: Axes, start: float, between: float) -> None:
+    """Draw a point and its images in two mirrors, seen along their common line; angles of the normals, degrees."""
+    axes.set(aspect="equal", xlim=(-1.3, 1.4), ylim=(-1.1, 1.35))
+    axes.set_axis_off()
+    normals = {"a": start, "b": start + between}
+    phi = start - 40.0
+    images = {"P": phi, "P′": 2 * start + 180 - phi, "P″": phi + 2 * between}
+    for (name, angle), colour in zip(normals.items(), (MACHINE, WORKPIECE), strict=True):
+        normal = _turn(angle)[:, 0]
+        along = _turn(angle)[:, 1]
+        axes.plot(*np.transpose([-0.65 * along, 1.15 * along]), color=colour, linewidth=3, alpha=0.6)
+        _write(axes, 1.27 * along, f"mirror {name}", colour)
+        _arrow(axes, (0, 0), 0.55 * normal, colour)
+        _write(axes, 0.65 * normal, name, colour)
+    _arc(axes, start, start + between, 0.35)
+    for (name, angle), style in zip(images.items(), ("none", "none", "full"), strict=True):
+        place = _turn(angle)[:, 0]
+        axes.plot(*np.transpose([(0, 0), place]), color=POINT, linestyle=":")
+        axes.plot(*place, "o", color=POINT, fillstyle=style)
+        _write(axes, 1.13 * place, name, POINT)
+    _arc(axes, phi, phi + 2 * between, 0.85)
+
+
 def euler_discs(axes: Axes3D, i: float, j: float, k: float) -> None:
     """Draw ZXZ angles, degrees: the discs XY and xy, the line of nodes in which they meet, and an arc for each."""
     frame, circle = euler.matrix("ZXZ", (i, j, k), degrees=True), np.linspace(0, 2 * np.pi, 91)

@@ -59,7 +59,7 @@ def typed(name, answer):
     return eval(answer, KNOWN) if isinstance(EXERCISES[name].kind, Written) else answer
 
 
-LESSONS = ("00", "01", "02", "03", "03b", "04", "05", "05b", "06", "06b", "07", "07c")
+LESSONS = ("00", "01", "02", "02b", "03", "03b", "04", "05", "05b", "06", "06b", "07", "07c")
 ELSEWHERE = {"06b-whole", "07-alone", "07c-inverse", "07c-program"}  # programs and a function: their own tests
 
 
