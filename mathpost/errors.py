@@ -61,7 +61,7 @@ def as_array(values: ArrayLike, length: int, where: str) -> np.ndarray:
         raise InputError(where, "numbers", "masked ones")
     try:
         array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(where, f"numbers of shape (..., {length})", repr(values)) from None
     if array.ndim == 0 or array.shape[-1] != length:
         raise InputError(where, f"shape (..., {length})", f"shape {array.shape}")

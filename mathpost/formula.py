@@ -221,12 +221,18 @@ def _with_sign(sign: int, expression: sp.Expr) -> sp.Expr:
 
 
 @cache
+def _say_how_to_compile() -> None:
+    logging.getLogger(__name__).info("long loops run as Python; Numba compiles them: pip install mathpost[fast]")
+
+
+@cache
 def compiled(loop: Callable, *helpers: Callable) -> Callable:
     """Compile a loop that calls `helpers`, cached if there is a folder for it; without Numba it stays as it is."""
     try:
         from numba import njit
         from numba.extending import register_jitable
     except ImportError:
+        _say_how_to_compile()
         return loop
     for function in helpers:
         register_jitable(function)

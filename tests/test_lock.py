@@ -18,10 +18,14 @@ def read(path):
 
 
 def test_the_lock_is_made_of_what_is_asked_for_today():
-    asked, lock = read("environment.txt"), read(".ci/requirements.lock")
-    assert lock.startswith(f"# inputs {hashlib.sha256(asked.encode()).hexdigest()}\n"), "run .ci/lock"
-    assert len(pins(asked)) > 10 and pins(asked).items() <= pins(lock).items()
-    building = tomllib.loads(read("pyproject.toml"))["build-system"]["requires"]
+    asked, project, lock = map(read, ("environment.txt", "pyproject.toml", ".ci/requirements.lock"))
+    (said,) = re.findall(r"^tests = .*?^\]\n", project, re.MULTILINE | re.DOTALL)
+    digest = hashlib.sha256((asked + said).encode()).hexdigest()
+    assert lock.startswith(f"# inputs {digest}\n"), "run .ci/lock"
+    tests = pins("\n".join(tomllib.loads(project)["project"]["optional-dependencies"]["tests"]))
+    assert len(pins(asked)) > 10 and len(tests) > 8 and not pins(asked).keys() & tests.keys()
+    assert (pins(asked) | tests).items() <= pins(lock).items()
+    building = tomllib.loads(project)["build-system"]["requires"]
     assert building and {re.match(r"[\w-]+", each)[0] for each in building} <= pins(lock).keys()
 
 

@@ -82,7 +82,7 @@ def test_the_syllabus_states_the_lessons_minutes(path):
 
 
 def test_the_readme_and_ci_run_the_same_line():
-    line = "python3 -m venv .venv && .venv/bin/pip install -r environment.txt && .venv/bin/pytest"
+    line = 'python3 -m venv .venv && .venv/bin/pip install -r environment.txt -e ".[tests]" && .venv/bin/pytest'
     assert line in README.splitlines()
     assert f'{line} "$@"' in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
 

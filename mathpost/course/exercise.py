@@ -140,7 +140,8 @@ def reveal(guess: Any, truth: Any, *, within: float | None = None, modulo: float
         return
     said = f"You guessed {guess}. Find out why before you go on."
     try:  # a number to the digits of the coarser of both
-        number = Number(decimals=written_decimals(truth), tolerance=within)
+        decimals = written_decimals(truth)
+        number = Number(decimals=decimals, tolerance=0.5 * 10.0**-decimals if within is None else within)
         apart = np.subtract(number.read(guess), number.read(truth))
         apart = wrap(apart, modulo) if modulo else apart
         if number.same(apart, 0.0) or (within is None and number.coarse(number.read(guess), number.read(truth))):

@@ -20,16 +20,20 @@ UNITS = {  # spellings of a unit, as a pattern; units it is mixed up with, and h
 }
 PREPARATORY = re.compile(r"^G68\.2\s*(?:[XYZ]\s*[-+]?[\d.]+\s*)*|^PLANE EULER\s*", re.IGNORECASE)
 NUMBER = r"(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)"
+OVER = r"(?:\s*/\s*(?P<over>\d+\.?\d*))?(?:\s*(?P<percent>%))?"
 ANY_NAME = r"(?!not?(?![^\W\d_]))[^\W\d_]+"  # letters of any script
 BETWEEN = re.compile(r"[\s,;、]*")
 COUNTED = ("no", "one", "two", "three", "four", "five", "six")
 
 
-def numbers(answer: Any, asked: str, unit: str = "", orders: Sequence[Sequence[str]] = ()) -> np.ndarray:
+def numbers(
+    answer: Any, asked: str, unit: str = "", orders: Sequence[Sequence[str]] = (), counts: Sequence[int] = ()
+) -> np.ndarray:
     """Return an answer as an array of finite floats.
 
     Each of `orders` is a tuple of names: numbers that all carry names of one of them are returned in its order,
-    however they were typed. `asked` is the expectation in an `InputError`.
+    however they were typed. `counts` says how many there may be: where a text has a different number of them, its
+    commas between digits are decimal commas. `asked` is the expectation in an `InputError`.
 
     Examples
     --------
@@ -39,9 +43,11 @@ def numbers(answer: Any, asked: str, unit: str = "", orders: Sequence[Sequence[s
     [52.4, -24.6]
     >>> numbers("ρ=100°", "", "degrees").tolist(), numbers("K74.46", "").tolist()
     (100.0, 74.46)
+    >>> numbers("4,5 -1,25", "", counts=[2]).tolist(), numbers("-1/2", "").item(), numbers("12.5 %", "").item()
+    ([4.5, -1.25], -0.5, 0.125)
     """
     if isinstance(answer, str):
-        answer = _of_text(answer, asked, unit, orders)
+        answer = _of_text(answer, asked, unit, orders, counts)
     if isinstance(answer, dict):
         answer = _by_name(answer, asked, orders, answer)
     if isinstance(answer, (list, tuple)):
@@ -54,21 +60,14 @@ def numbers(answer: Any, asked: str, unit: str = "", orders: Sequence[Sequence[s
     return array
 
 
-def _of_text(text: str, asked: str, unit: str, orders: Sequence[Sequence[str]]) -> float | list[float]:
+def _of_text(
+    text: str, asked: str, unit: str, orders: Sequence[Sequence[str]], counts: Sequence[int]
+) -> float | list[float]:
     """Return the number in a text, or a list of several."""
-    bare = re.sub(r"[\[\](){}]", " ", _plain(text).replace("′", "'"))
-    spelled = UNITS.get(unit, (re.escape(_plain(unit or "°")),))[0]
-    bare = re.sub(rf"(?<=[\d.])\s*(?:°|(?:{spelled})(?!\w))", " ", bare, flags=re.IGNORECASE)
-    bare, found, place = PREPARATORY.sub("", bare.strip()), [], 0
-    known = [re.escape(_plain(name)) for order in orders for name in order]
-    names = "|".join([*sorted(known, key=len, reverse=True), ANY_NAME])
-    word_of_text = re.compile(rf"(?:(?P<name>{names})'?\s*[=:]?\s*)?{NUMBER}", re.IGNORECASE)
-    while place < len(bare):
-        word = word_of_text.match(bare, _past_marks(bare, place))
-        if not word:
-            raise InputError("answer", asked, brief(text))
-        found.append((word["name"], float(word["number"])))
-        place = _past_marks(bare, word.end())
+    found = _words(text, asked, unit, orders)
+    with_points = re.sub(r"(?<=\d),(?=\d)", ".", text)
+    if counts and len(found) not in counts and with_points != text and "." not in text:
+        found = _words(with_points, asked, unit, orders)
     values = [value for _, value in found]
     if len(found) < 2:
         return values[0] if values else []
@@ -79,6 +78,27 @@ def _of_text(text: str, asked: str, unit: str, orders: Sequence[Sequence[str]]) 
     if len(by_name) < len(found) or len(named) < len(found):
         raise InputError("answer", asked, brief(text))
     return _by_name(by_name, asked, orders, text)
+
+
+def _words(text: str, asked: str, unit: str, orders: Sequence[Sequence[str]]) -> list[tuple[str | None, float]]:
+    """Return the numbers in a text, each with the name before it; a fraction and a percentage are one number."""
+    bare = re.sub(r"[\[\](){}]", " ", _plain(text).replace("′", "'"))
+    spelled = UNITS.get(unit, (re.escape(_plain(unit or "°")),))[0]
+    bare = re.sub(rf"(?<=[\d.])\s*(?:°|(?:{spelled})(?!\w))", " ", bare, flags=re.IGNORECASE)
+    bare, found, place = PREPARATORY.sub("", bare.strip()), [], 0
+    known = [re.escape(_plain(name)) for order in orders for name in order]
+    names = "|".join([*sorted(known, key=len, reverse=True), ANY_NAME])
+    word_of_text = re.compile(rf"(?:(?P<name>{names})'?\s*[=:]?\s*)?{NUMBER}{OVER}", re.IGNORECASE)
+    while place < len(bare):
+        word = word_of_text.match(bare, _past_marks(bare, place))
+        if not word:
+            raise InputError("answer", asked, brief(text))
+        over = float(word["over"] or 1) * (100 if word["percent"] else 1)
+        if over == 0 or (word["percent"] and unit):
+            raise InputError("answer", asked, brief(text))
+        found.append((word["name"], float(word["number"]) / over))
+        place = _past_marks(bare, word.end())
+    return found
 
 
 def _past_marks(text: str, place: int) -> int:

@@ -125,20 +125,44 @@ class Exercise:
 
     @property
     def source(self) -> str:
-        """The source of the solution, without decorators and docstring."""
+        """The source of the solution, without decorators and docstring, after what it needs from elsewhere."""
         lines = textwrap.dedent(inspect.getsource(self.solve)).splitlines()
-        statements = ast.parse("\n".join(lines)).body
-        function = next(each for each in statements if isinstance(each, ast.FunctionDef))
+        function = next(each for each in ast.parse("\n".join(lines)).body if isinstance(each, ast.FunctionDef))
         described, *rest = function.body
         if isinstance(self.kind, Written):  # only the function that the learner is to write
-            return textwrap.dedent("\n".join(lines[rest[0].lineno - 1 : rest[0].end_lineno]))
-        head = lines[function.lineno - 1 : described.lineno - 1]
-        body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]
-        nodes = (node for part in (function.args, *rest, described) for node in ast.walk(part))
-        used = dict.fromkeys(node.id for node in nodes if isinstance(node, ast.Name) and node.id.isupper())
-        known = {name: repr(self.solve.__globals__[name]) for name in used if name in self.solve.__globals__}
-        plain = [f"{name} = {value}" for name, value in known.items() if re.fullmatch(r"[\w\s'+:,.(){}-]+", value)]
-        return "\n".join([*plain, *head, *body])
+            shown = textwrap.dedent("\n".join(lines[rest[0].lineno - 1 : rest[0].end_lineno]))
+        else:
+            head = lines[function.lineno - 1 : described.lineno - 1]
+            body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]
+            shown = "\n".join([*head, *body])
+        return "\n".join([*self._needed(shown), shown])
+
+    def _needed(self, shown: str) -> list[str]:
+        """Return the lines that define the names a solution uses: plain constants, and imports by module."""
+        function = ast.parse(shown).body[0]
+        assert isinstance(function, ast.FunctionDef)
+        nodes = list(ast.walk(function))
+        names = sorted({node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)})
+        own = {node.arg for node in nodes if isinstance(node, ast.arg)} | {function.name}
+        own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        there = self.solve.__globals__
+        outer = sorted({*names} & {*self.arguments} - own)  # of the solution in which a learner's function stands
+        constants = [f"{name} = {self.arguments[name]!r}" for name in outer]
+        imports: dict[str, list[str]] = {}
+        for name in (each for each in names if each in there and each not in own):
+            value = there[name]
+            if inspect.ismodule(value):
+                home, _, last = value.__name__.rpartition(".")
+                known = f"from {home} import {last}" if home else f"import {last}"
+                imports[f"{known} as {name}" if name != last else known] = []
+            elif name.isupper() and re.fullmatch(r"[\w\s'+:,.(){}-]+", repr(value)):
+                constants.append(f"{name} = {value!r}")
+            else:
+                origin = str(getattr(value, "__module__", "")) if callable(value) else there["__name__"]
+                if origin != "__main__":  # a teacher's own function is there
+                    imports.setdefault(f"from {origin} import ", []).append(name)
+        imports.pop("import numpy as np", None)  # as in every lesson
+        return [*(first + ", ".join(names) for first, names in sorted(imports.items())), *constants]
 
     @property
     def shown_solution(self) -> str:

@@ -194,7 +194,7 @@ def clamped(rows: np.ndarray) -> Live:
 
 
 def smoothed(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int], *, most: int = 60) -> Live:
-    """Figure 5 of source 002 with n points, slider n, and the errors of tip and tool axis between the blocks."""
+    """The method of source 002 with n points, slider n, and the errors of tip and tool axis between the blocks."""
     name = kin.machine.joint_names[workpiece_side := kin.symbols.index(kin.inverse_symbolic.workpiece_side)]
     counts = np.arange(1, most + 1)
     ways = [yu_dan.smooth(kin, cl, joints, region, int(n)) for n in counts]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mathpost import euler
-from mathpost.errors import InputError
+from mathpost.errors import InputError, as_array
 from mathpost.files import beside
 from mathpost.toml_table import read_toml
 
@@ -48,6 +48,9 @@ class Task:
         for name, known in (("kind", ("zxz", "sequence", "nc")), ("convention", ("active", "passive"))):
             if getattr(self, name) not in (None, *known):
                 raise InputError(name, " or ".join(known), repr(getattr(self, name)))
+        for name in ("angles", "point", "origin"):
+            if getattr(self, name) is not None:
+                as_array(getattr(self, name), 3, name)
         if self.sequence is not None:
             euler.matrix(self.sequence, (0, 0, 0))
 

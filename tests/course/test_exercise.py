@@ -218,6 +218,7 @@ def forms(kind, value):
             yield from ([f"{value} {unit}" for unit in UNIT_WORDS.get(kind.unit, [kind.unit])] if kind.unit else ())
         if kind.decimals is not None:
             yield from (numbers.round(kind.decimals), numbers.round(kind.decimals + 1), kind.show(value))
+            yield kind.show(value).replace(", ", "; ").replace(".", ",")
         if isinstance(kind, Angle):
             yield from (value + 360, value - 360, np.round(value + 720, kind.decimals), f"{value}°")
 

@@ -36,8 +36,17 @@ class Written(Kind[Numbers]):
 
     def read(self, answer: Any) -> Numbers:
         if callable(answer):
+            ready = str(getattr(answer, "__module__", "")).split(".")[0]
+            if ready in ("numpy", "scipy", "sympy", "math"):
+                found = f"{getattr(answer, '__name__', 'a function')} of {ready}: write your own"
+                raise InputError("answer", self.asked, found)
             try:
-                answer = [np.asarray(answer(*inputs), dtype=float).tolist() for inputs in self.inputs]
+                results = [answer(*inputs) for inputs in self.inputs]
+                if any(result is None for result in results):
+                    raise InputError("answer", self.asked, "one that returns nothing: does it lack its return?")
+                answer = [np.asarray(result, dtype=float).tolist() for result in results]
+            except InputError:
+                raise
             except Exception as error:  # a learner's function may raise anything
                 found = f"one that raises {type(error).__name__}: {error}"
                 raise InputError("answer", self.asked, found[:120]) from None

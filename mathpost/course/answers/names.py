@@ -23,8 +23,8 @@ class _Listed(Kind[Data]):
     def known(self) -> dict[str, str]:
         """A dict of each spelling to its name."""
         if isinstance(self.choices, str):
-            return {bare(name): name for name in self.choices.split()}
-        return {bare(said): name for name, others in self.choices.items() for said in (name, *others)}
+            return {_key(name): name for name in self.choices.split()}
+        return {_key(said): name for name, others in self.choices.items() for said in (name, *others)}
 
     @property
     def listed(self) -> list[str]:
@@ -41,18 +41,25 @@ class _Listed(Kind[Data]):
         """Return the one name in an answer."""
         if isinstance(answer, (list, tuple)) and len(answer) == 1:
             (answer,) = answer
+        typed, answer = answer, re.sub(r"\b(?:minus|negative)\s+(?=\S)|负", "-", str(answer), flags=re.IGNORECASE)
         letters = re.sub(r"\bthen\b|[\W\d_]", " ", str(answer)).split()
-        if bare(answer) not in self.known and len(letters) > 1 and max(map(len, letters)) == 1:
+        if _key(answer) not in self.known and len(letters) > 1 and max(map(len, letters)) == 1:
             answer = "".join(letters)  # Z-X'-Y'', Z → X → Y, ["Z", "X", "Y"]
-        words = {bare(answer)} if bare(answer) in self.known else {bare(word) for word in str(answer).split()}
-        for first, second in pairwise(str(answer).split()):  # "the cubic lifted"
-            if bare(first + second) in self.known:
-                words = words - {bare(first), bare(second)} | {bare(first + second)}
+        parts = [answer] if _key(answer) in self.known else re.split(r"\s+|(?<=\w)-(?=\w)", answer.strip())
+        words = {_key(part) for part in parts}
+        for first, second in pairwise(parts):  # "the cubic lifted"
+            if _key(first + second) in self.known:
+                words = words - {_key(first), _key(second)} | {_key(first + second)}
         found = {self.known[word] for word in words if word in self.known}  # "the z axis"
         plain = all(word.isalpha() for word in words - set(self.known)) and not {"not", "no", "nor"} & words
         if len(found) == 1 and plain:
             return found.pop()
-        raise InputError("answer", self.asked, brief(answer))
+        raise InputError("answer", self.asked, brief(typed))
+
+
+def _key(name: object) -> str:
+    """Return a name as it is looked up: as `bare`, and without the hyphen of a word such as space-fixed."""
+    return re.sub(r"(?<=\w)-(?=\w)", "", bare(name))
 
 
 @dataclass(frozen=True)

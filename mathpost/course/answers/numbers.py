@@ -1,5 +1,6 @@
 """Numbers as answers: one, an angle, several, joints."""
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -57,7 +58,10 @@ class Number(Kind[Numbers]):
 
     def read(self, answer: Any) -> Numbers:
         names = self.names.split()
-        array = numbers(answer, self.asked, self.unit, [names] if names else ())
+        digits = str(answer).strip()
+        if names and self.decimals == 0 and re.fullmatch(rf"\d{{{len(names)}}}", digits, re.ASCII):  # "23332"
+            answer = [float(digit) for digit in digits]
+        array = numbers(answer, self.asked, self.unit, [names] if names else (), [len(names) or 1])
         if array.size != (len(names) or 1):
             raise InputError("answer", self.asked, counted(array.size))
         return array.ravel().tolist() if names else array.item()  # a row or a column matrix will do
@@ -65,7 +69,10 @@ class Number(Kind[Numbers]):
     def near(self, value: Numbers, target: Numbers) -> np.ndarray:
         """Return which of the numbers are right."""
         apart = np.ravel(np.subtract(value, target))
-        return np.abs(apart if np.isinf(self.period) else wrap(apart, self.period)) <= self.bound
+        bound = np.full(apart.shape, self.bound)
+        if self.decimals == 0 and self.tolerance is None:  # 90.4 is not 90, rounded
+            bound[np.ravel(value) != np.round(np.ravel(value))] /= 10
+        return np.abs(apart if np.isinf(self.period) else wrap(apart, self.period)) <= bound
 
     def same(self, value: Numbers, target: Numbers) -> bool:
         return bool(self.near(value, target).all())
@@ -78,9 +85,7 @@ class Number(Kind[Numbers]):
     def mixups(self, target: Numbers) -> Iterator[tuple[str, Numbers]]:
         target, names = np.asarray(target), self.names.split()
         yield "Right size, wrong sign: which body turns, and which way do you look at it?", -target
-        for unit, factor in UNITS.get(self.unit, ("", {}))[1].items():
-            if np.abs(factor * target).max() < self.period:  # beyond the period it could equal any answer
-                yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
+        yield from self.units(target)
         for number, name in enumerate(names):
             yield f"Only the sign of {name} is wrong.", np.where(np.arange(len(names)) == number, -1, 1) * target
         for order in permutations(range(len(names))) if names else ():
@@ -92,6 +97,15 @@ class Number(Kind[Numbers]):
         for sentence, wrong in factors:
             if np.abs(wrong).max() >= 10 * self.bound:  # a single digit can have any cause
                 yield sentence, wrong
+
+    def units(self, target: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+        """Yield the answer in each unit that it is mixed up with, where no different answer is so near to it."""
+        for unit, factor in UNITS.get(self.unit, ("", {}))[1].items():
+            size = np.abs(factor * target).max()
+            turn = 360.0 if self.unit == "degrees" else np.inf  # beyond it, it could equal any answer
+            least = 20 * self.bound / (1 if self.decimals else 10)  # nearer to zero, rounding makes it any number
+            if least < size < turn:
+                yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
 
     def nearly(self, value: Numbers, target: Numbers) -> str:
         if self.coarse(value, target):

@@ -47,7 +47,7 @@ class Pose(Number):
         if isinstance(answer, Frame):
             answer = answer.matrix if self.origin else answer.rotation
         plain = answer.as_matrix() if hasattr(answer, "as_matrix") else answer
-        array = numbers(plain, self.asked, "degrees", POSE_NAMES)
+        array = numbers(plain, self.asked, "degrees", POSE_NAMES, (3, 4, 9, 16))
         array = array.reshape({9: (3, 3), 16: (4, 4)}.get(array.size, -1 if array.size < 5 else array.shape))
         if array.shape not in ([(4, 4)] if self.origin else [(3,), (4,), (3, 3)]):
             raise InputError("answer", self.asked, f"numbers of shape {array.shape}")
@@ -77,8 +77,10 @@ class Pose(Number):
         if np.size(target) == 3:
             twin = euler.twin(self.sequence, target, degrees=True)
             for named in (target, twin):
-                yield "Right, but in radians: answer in degrees.", np.radians(wrap(np.array(named)))
-            yield from Vector(names="I J K", unit="degrees").mixups(target)
+                radians = np.radians(wrap(np.array(named)))
+                if not self.same([0, 0, 0], radians):  # near it, nothing can be told apart from it
+                    yield "Right, but in radians: answer in degrees.", radians
+            yield from Vector(names="I J K").mixups(target)
 
     def nearly(self, value: Numbers, target: Numbers) -> str:
         if self.coarse(value, target):
