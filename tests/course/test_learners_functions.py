@@ -89,11 +89,11 @@ class Machine:
 NUTATING = Machine([0, 1, 1])  # that of data/machines, in NumPy
 
 
-def functions(lesson, cells, **names):
+def functions(lesson, cells):
     """What some cells of a lesson define."""
     notebook = json.loads((ROOT / f"notebooks/{lesson}.ipynb").read_text(encoding="utf-8"))
     source = {cell["id"]: "".join(cell["source"]) for cell in notebook["cells"]}
-    names |= {"np": np, "pairwise": pairwise}
+    names = {"np": np, "pairwise": pairwise}
     for cell in cells:
         exec(source[cell], names)
     return names
@@ -212,13 +212,11 @@ def ridge():
     """The path of 06b-whole, its solutions, and the program that lesson 06b's cells make with a curve."""
     kin, path = load("dmu50v"), cl.parse(exercise.given("06b-whole"))
     joints = selection.choose(kin, path).joints
-    made = functions(
-        "06b_spline", ("again", "whole", "asked", "written"), sixths=list(pairwise(np.linspace(0, 1, 7)))
-    )
+    made = functions("06b_spline", ("again", "whole", "asked", "written"))
 
     def program(curve):
         poses = made["whole"](kin, joints, path.points, 2, curve)
-        return made["written"](kin, *poses, 800)
+        return made["written"](kin, kin.machine.max_rates, *poses, 800)
 
     return kin, path, joints[1:5], program
 
