@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mathpost.controls import curves, plane_blocks
+from mathpost.controls.calls import LABELS
 from mathpost.controls.curves import PLANES
 from mathpost.controls.lines import Drilling, Line
 from mathpost.controls.ways import holes
@@ -268,17 +269,9 @@ ASSUMED = {
     "unit": "no word says whether positions are mm or inches: mm",
     "no point": "{word} in line {line} counts mm, inches or degrees, as if it had a point: {control.whole_numbers}",
 }
-# Where a call or a jump goes: how the line begins that has the name.
-CALLS = {
-    "call O": r"[O:]0*{}(?!\d)",
-    "call N": r"N0*{}(?!\d)",
-    "call LBL": r"\d*\s*LBL\s+\"?{}\"?(?!\w)",
-    "jump N": r"N0*{}(?!\d)",
-    "jump label": r"(?:N\d+\s*)?{}:",
-}
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
-OTHERS = ("skip", *CALLS, "end of section", "return", "argument", "flow", "zero", "tool", "tool number", "length",
+OTHERS = ("skip", *LABELS, "end of section", "return", "argument", "flow", "zero", "tool", "tool number", "length",
           "speed", "work offset", "TCP on", "TCP off", "TCP on with vectors", "plane angle", "absolute axis",
           "incremental axis")  # fmt: skip
 # How a plane is gone to: words that a line without a plane has no use for.

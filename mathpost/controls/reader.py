@@ -13,19 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.controls import curves, stops, ways
+from mathpost.controls import calls, curves, stops, ways
 from mathpost.controls.blocks import FEED, Blocks, axis_word
 from mathpost.controls.control import Control, control_for
-from mathpost.controls.coordinates import Coordinates, Setup
+from mathpost.controls.coordinates import Setup
 from mathpost.controls.lines import Drilling, Line, plain, templates, tidy, tool_name, whole_number
-from mathpost.controls.meanings import ASSUMED, CALLS, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
+from mathpost.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
+from mathpost.controls.track import Track
 from mathpost.controls.variables import Variables
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
-from mathpost.path import text as bulk
-
-DEEPEST = 8  # calls within calls
-MOST_CALLED = 200_000  # lines that calls run in all
 
 
 def read(text: str, machine: Machine, control: Control | str = "heidenhain", *, name: str = "program") -> Blocks:
@@ -71,13 +68,12 @@ def follow(
     return Program(Blocks(words.T, feeds, seconds, rapid, tcp), numbers, machines, dict(lines.skipped), assumed)
 
 
-class Lines(bulk.Reader):
+class Lines(Track):
     """Keeps what holds from one line of a program to the next."""
 
     def __init__(self, machine: Machine, control: Control, setup: Setup, name: str) -> None:
+        super().__init__(machine, setup, name)
         self.control = control
-        self.names = machine.joint_names
-        self.name = name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})(?![\d=])")
         self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})=?({NUMBER})?")
@@ -85,11 +81,6 @@ class Lines(bulk.Reader):
         self.numbered = re.compile(rf"^{number}\d+\s*")
         self.pattern = plain(control.number, control.begin, self._words_behind(), self.names)
         self.own_lines = templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
-        self.line = 1
-        self.at = Coordinates(machine, setup)
-        self.feed = np.nan
-        self.motion = "linear"
-        self.inverse = False
         self.speed = np.nan
         self.plane = "plane XY"
         self.scale = 1.0
@@ -106,16 +97,12 @@ class Lines(bulk.Reader):
         self.pending = ""  # tool
         self.begun = ""  # of a line that goes on in the next
         self.ended = False
-        self.turning = False  # whether a line only turns axes: that may be the way to the first position
         self.returned = False  # from the subprogram that is called
         self.awaited: re.Pattern[str] | None = None  # the line that a jump goes to
         self.depth = self.called = 0  # of calls, now, and lines that they have run in all
         self.texts: list[str] = []  # of the program
-        self.variables = Variables(control.variables, self.numbers_a_cycle)
+        self.variables = Variables(control.variables, control.words)
         self.skipped: Counter[str] = Counter()
-        self.notes: dict[str, tuple[int, str]] = {}  # what is taken for granted: its first line and word there
-        self.changed = False  # whether a tool was changed
-        self.kept: set[int] = set()  # rotary axes, by number, that nothing has named since then
         self.unit_stated = False
         self.machines = [(0, machine)]
 
@@ -209,7 +196,7 @@ class Lines(bulk.Reader):
         except MathpostError as error:
             raise self.error("a place where the machine can go", str(error)) from None
         if line.gone:
-            self.follow_call(*line.gone)
+            calls.go(self, *line.gone)
 
     def take_own(self, body: str) -> None:
         """Take a line of the machine file: its words hold, but where its moves go is not known.
@@ -248,10 +235,6 @@ class Lines(bulk.Reader):
         else:
             line.seconds = value if word == block_time else 60 / value
 
-    def note(self, kind: str, word: str) -> None:
-        """Keep the first line at which something is taken for granted, and its word."""
-        self.notes.setdefault(kind, (self.line, word))
-
     def assumed(self) -> list[str]:
         """What was taken for granted, as sentences."""
         control = self.control
@@ -271,10 +254,10 @@ class Lines(bulk.Reader):
             self.plane = meaning
         elif meaning in MOTIONS:
             self.motion, self.cycle = meaning, None
-        elif meaning in CALLS:
+        elif meaning in calls.LABELS:
             line.gone = meaning, values
         elif meaning in ("return", "end of section"):
-            self.take_return(meaning, word)
+            calls.end(self, meaning, word)
         elif meaning == "flow":
             raise self.error("a program that runs from line to line", repr(word))
         elif meaning == "zero":
@@ -317,52 +300,6 @@ class Lines(bulk.Reader):
             for value in values:
                 word = word.replace(value, "", 1)
             self.skipped[" ".join(word.split())] += 1
-
-    def numbers_a_cycle(self, text: str) -> bool:
-        """Whether a text is a number of a cycle, whatever else it looks like."""
-        match = self.control.words.match(text)
-        return match is not None and self.control.words.meaning(match)[0] in NUMBERS
-
-    def take_return(self, meaning: str, word: str) -> None:
-        """Take the word that ends a subprogram; at the end of a section nothing happens that nobody has called."""
-        if not self.depth and meaning == "return":
-            raise self.error("a program that runs from line to line", f"{word!r} in no subprogram: it begins again")
-        self.returned = self.depth > 0
-
-    def follow_call(self, meaning: str, values: tuple[str, ...]) -> None:
-        """Run a subprogram of the same text, or jump to a line that comes later."""
-        name = re.escape(values[0]) if meaning == "jump label" else re.escape(tool_name(values[0]))
-        label = re.compile(CALLS[meaning].format(name))
-        places = [number for number, text in enumerate(self.texts, 1) if label.match(text)]
-        if len(places) != 1:
-            raise self.error(f"one line in the program that begins as {values[0]}", f"{len(places)}")
-        if meaning.startswith("jump"):
-            if self.depth or places[0] <= self.line:
-                raise self.error("a jump to a later line, and from no subprogram", f"one to line {places[0]}")
-            self.awaited = label
-            return
-        count = float(values[1]) if len(values) > 1 else 1.0
-        body = self.section(places[0])
-        self.called += int(count * len(body))
-        if self.depth == DEEPEST or self.called > MOST_CALLED or count != int(count) or count < 1:
-            limits = f"calls within calls, at most {DEEPEST}, that run {MOST_CALLED} lines in all"
-            raise self.error(limits, f"{count:g} times {len(body)} lines")
-        here, self.depth = self.line, self.depth + 1
-        for _ in range(int(count)):
-            self.line = places[0]
-            self.take_all("\n".join(body))
-            self.returned = False
-        self.line, self.depth = here, self.depth - 1
-
-    def section(self, first: int) -> list[str]:
-        """The lines of a subprogram, from that with its name to that with the word that ends it."""
-        for number in range(first, len(self.texts)):
-            words = self.control.comments.sub(" ", self.texts[number]).split()
-            text = self.numbered.sub("", " ".join(words))
-            match = self.control.words.match(text)
-            if match and match[0] and self.control.words.meaning(match)[0] in ("return", "end of section"):
-                return self.texts[first - 1 : number + 1]
-        raise self.error("the end of the subprogram", f"none behind line {first}")
 
     def load(self, name: str) -> None:
         """Take the length of another tool."""
@@ -430,80 +367,3 @@ class Lines(bulk.Reader):
             self.turning = False
             if self.everywhere is not None:
                 ways.holes(self, self.at.words, 2, self.everywhere)
-
-    def put(self, points: np.ndarray, line: Line, rapid: np.ndarray | None = None) -> None:
-        """Take moves to points, words of shape (n, j), that one line asks for."""
-        count = len(points)
-        resolved = np.c_[self.at.resolved(points[:, :3]), points[:, 3:]].T
-        seconds = np.full(count, line.seconds / count)
-        fast = np.full(count, line.rapid) if rapid is None else np.array(rapid)
-        self.emit(resolved, np.full(count, self.feed), seconds, fast, np.zeros(count, int), self.at.on_tip)
-        self.at.words = points[-1].copy()
-
-    def stand(self, place: np.ndarray) -> None:
-        """Go to joints and angles, shape (j,), in rapid traverse, whatever the words name."""
-        nothing = np.array([np.nan])
-        self.emit(place[:, None], nothing, nothing, np.array([True]), np.zeros(1, int), False)
-        self.at.stand(place[:3], place[3:])
-
-    def turn_to(self, joints: np.ndarray, angles: np.ndarray) -> None:
-        """Turn the rotary axes, degrees, while the slides stay at the positions they have in the printed digits."""
-        if np.abs(angles - self.at.words[3:]).max() < curves.SAME_ANGLE:
-            self.at.stand(joints, angles)
-        else:
-            self.stand(np.r_[joints, angles])
-
-    def move(
-        self, words: np.ndarray, feeds: np.ndarray, seconds: np.ndarray, rapid: np.ndarray, numbers: np.ndarray
-    ) -> None:
-        """Take n plain moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""
-        fed = ~(rapid | (self.motion == "rapid"))
-        until = int(fed.argmax()) + 1 if fed.any() else None
-        self.kept -= set(np.flatnonzero(~np.isnan(words[:, :until]).all(axis=1)).tolist())
-        for row, before in zip(words, self.at.words, strict=True):
-            row[:] = bulk.held(row, before)
-        feeds = bulk.held(feeds, self.feed)
-        self.at.words, self.feed = words[:, -1].copy(), feeds[-1]
-        self.emit(words, feeds, seconds, rapid, numbers, self.at.tcp)
-
-    def emit(
-        self, words: np.ndarray, feeds: np.ndarray, seconds: np.ndarray, rapid: np.ndarray, numbers: np.ndarray,
-        tcp: bool,
-    ) -> None:  # fmt: skip
-        """Keep moves, resolved; those on the way to the first position, from where nobody knows, are none."""
-        rapid = rapid | (self.motion == "rapid")
-        unknown = np.isnan(words).any(axis=0)
-        if unknown.any():
-            first = int(unknown.argmax())
-            lacking = ", ".join(self.names[axis] for axis in np.flatnonzero(np.isnan(words[:, first])))
-            self.notes.setdefault("unplaced", (self.line + int(numbers[first]), lacking))
-        if (unknown & ~rapid).any() and not self.turning:
-            self.line += int(numbers[(unknown & ~rapid).argmax()])
-            self.refuse_unknown(np.isnan(words[:, (unknown & ~rapid).argmax()]))
-        if self.kept and not rapid.all():
-            self.note("tool change", ", ".join(self.names[axis] for axis in sorted(self.kept)))
-        untimed = np.isnan(seconds)
-        if self.inverse and (untimed & ~rapid).any():
-            self.line += int(numbers[(untimed & ~rapid).argmax()])
-            raise self.error("an F word, inverse time being active", "none")
-        feeds, tcps = np.where(rapid | ~untimed, np.nan, feeds), np.full(len(feeds), tcp)
-        known = slice(None) if not unknown.any() else ~unknown
-        of_moves = words, feeds, seconds, rapid, tcps, self.line + numbers
-        self.keep(*(column[..., known] for column in of_moves))
-
-    def refuse_unknown(self, missing: np.ndarray) -> None:
-        """A move at feed from where nobody knows: the axes that are missing, and how to say where they stand."""
-        lacking = [name for name, lacks in zip(self.names, missing, strict=True) if lacks]
-        start = {name: 0.0 for name in lacking} | self.at.setup.start
-        stated = ",".join(f"{name}{start[name]:g}" for name in self.names if name in start)
-        hint = (
-            ""
-            if self.changed or self.count or set(lacking) & set(self.at.setup.start)
-            else f", or --start {stated}"
-        )
-        article = "an" if lacking[0][0] in "AX" else "a"
-        words = f"{article} {lacking[0]} word" if len(lacking) == 1 else f"words of {', '.join(lacking)}"
-        raise self.error(f"{words} before or in the first move{hint}", "none")
-
-    def error(self, expected: str, found: str | None) -> InputError:
-        return InputError(f"{self.name}, line {self.line}", expected, found)

@@ -4,12 +4,18 @@
 variables. A program whose numbers depend on how it runs is refused: a second value, a condition, a function.
 """
 
+from __future__ import annotations
+
 import ast
 import operator
 import re
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from mathpost.errors import NUMBER, InputError
+
+if TYPE_CHECKING:
+    from mathpost.controls.control import Words
 
 # How a control names its variables: in capital letters, as a line is read.
 NAMES = {
@@ -32,10 +38,12 @@ BRACKET = re.compile(r"(?:(?<=[A-Z=\[(])\s*([-+])\s*)?(?<![A-Z]{2})\[([^\[\]]*)\
 class Variables:
     """What the variables of a program are, and in which line each got its number."""
 
-    def __init__(self, kind: str, kept: Callable[[str], bool]) -> None:
-        """`kind` is one of `NAMES`, or nothing; `kept` says of a text whether the control has a word for it."""
-        self.kind, self.kept = kind, kept
+    def __init__(self, kind: str, words: Words) -> None:
+        """`kind` is one of `NAMES`, or nothing; `words` are all that the control has."""
+        self.kind, self.words = kind, words
         self.values: dict[str, tuple[float, int]] = {}
+        self.relied: set[str] = set()  # on which a line has relied that may move something
+        self.varied: dict[str, str] = {}  # what the values are of those that have several
         self.declared: set[str] = set()
         if kind:
             name = NAMES[kind]
@@ -53,6 +61,8 @@ class Variables:
         while (match := self.assignment.match(body)) and self.assigns(match[1], match[0]):
             self.assign(match[1], match[2], number)
             body = body[match.end() :].lstrip()
+        if self.moves_nothing(body):
+            return body
         body = self.used.sub(self.number_of, body)
         while self.kind == "#" and (found := BRACKET.search(body)):
             body = body[: found.start()] + _text(value_of(f"{found[1] or ''}({found[2]})")) + body[found.end() :]
@@ -74,21 +84,33 @@ class Variables:
         """Whether an equals sign gives a variable a number, and does not belong to a word of the control."""
         if self.kind == "R" and not re.fullmatch(r"R\d+", name):
             return name in self.declared
-        return not self.kept(text)
+        match = self.words.match(text)
+        return match is None or not self.words.meaning(match)[0].startswith("cycle ")
+
+    def moves_nothing(self, body: str) -> bool:
+        """Whether a line is one word that moves no axis: its variables, as the tolerance of CYCLE832, may vary."""
+        match = self.words.match(body)
+        return match is not None and match[0] == body and self.words.meaning(match)[0] == "skip"
 
     def assign(self, name: str, text: str, number: int) -> None:
         """Give a variable its number, once."""
+        if re.search(rf"(?<![\w#]){re.escape(name)}(?!\w)", text):
+            raise InputError("", f"one value of {name} in the whole program", f"{name}={text}, which counts itself")
         value = value_of(self.used.sub(self.number_of, text.replace(" DIV ", "/")))
         before, where = self.values.get(name, (value, number))
         if before != value:
-            found = f"{before:g} in line {where} and {value:g} here"
-            raise InputError("", f"one value of {name} in the whole program", found)
+            self.varied[name] = f"{before:g} in line {where} and {value:g} in line {number}"
+            if name in self.relied:
+                raise InputError("", f"one value of {name} in the whole program", self.varied[name])
         self.values[name] = value, where
 
     def number_of(self, found: re.Match[str]) -> str:
         """The number in the place of a variable; its name as it is, if it has none."""
         if found[2] not in self.values:
             return found[0]
+        if found[2] in self.varied:
+            raise InputError("", f"one value of {found[2]} in the whole program", self.varied[found[2]])
+        self.relied.add(found[2])
         value = self.values[found[2]][0]
         return _text(-value if found[1] == "-" else value)
 

@@ -281,6 +281,7 @@ SIEMENS_AC = "G90 G710 G0 A0 C0\nG0 X0 Y0 Z5\n"
     [
         ("siemens", "DEF REAL _x, _y\n_x=5 _y=-2\nG1 X=_x Y=-_y Z=_x*2-1 F=100*_x", [5, 2, 9], 500),
         ("siemens", "DEF REAL _Z_HOME=30\nR1=_Z_HOME/4\nG1 X=R1 Y=-R1 Z=AC(R1) F=R1", [7.5, -7.5, 7.5], 7.5),
+        ("siemens", "DEF REAL _t\n_t=1\nCYCLE832(_t,0,1)\n_t=2\nCYCLE832(_t,1,1)\nG1 X2 F2", [2, 0, 5], 2),
         ("siemens", "GOTOF ENDE\nG1 X9 F1\nENDE: G1 Y3 F2", [0, 3, 5], 2),
         ("heidenhain", "FN 0: Q50 =+550 ; Cutting\nL X+3 FQ50", [3, 0, 5], 550),
         ("heidenhain", "Q1 = (+8 - 2) / +4\nFN 3: Q2 = +Q1 * -2\nL X+Q1 Y-Q1 Z+Q2 F9", [1.5, -1.5, -3], 9),
@@ -302,7 +303,13 @@ def test_constants_subprograms_and_jumps_ahead(control, lines, expected, feed):
 @pytest.mark.parametrize(
     ("control", "lines", "line", "said"),
     [
-        ("siemens", "R1=5\nR1=6", 4, "one value of R1 in the whole program, found 5 in line 3 and 6 here"),
+        (
+            "siemens",
+            "R1=5\nG1 X=R1 F9\nR1=6",
+            5,
+            "one value of R1 in the whole program, found 5 in line 3 and 6 in line 5",
+        ),
+        ("siemens", "R1=5\nR1=6\nG1 X=R1 F9", 5, "one value of R1 in the whole program, found 5 in line 3"),
         ("siemens", "R1=5\nR1=R1+1", 4, "one value of R1"),
         ("siemens", "_x=5", 3, "'_X=5'"),  # not declared
         ("siemens", "AA: G0 X1\nGOTO AA", 4, "a jump to a later line, and from no subprogram, found one to line 3"),
