@@ -36,8 +36,8 @@ def draw(*names: str) -> None:
         for part in parts:
             _part(axes, size, *part)
         axes.set_title("\n".join([drawn["title"], *captions(drawn)]), fontsize=10)
-        axes.set_aspect("equal")
-        axes.margins(0.12)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.15)
         axes.set_axis_off()
     plot.show()
 
