@@ -32,6 +32,7 @@ _OFFERED = {
     "Plane": "mathpost.plane.tilted_plane.Plane",
     "read_cl": "mathpost.path.cl.read",
     "postprocess": "mathpost.post.run",
+    "read_rotation": "mathpost.detective.notations.read",
     "explain": "mathpost.detective.euler_angles.explain",
     "check_workbook": "mathpost.workbook.check.check_file",
     "check_answer": "mathpost.course.exercise.check",

@@ -19,6 +19,7 @@ COMMANDS = {  # each a file of this folder, with a line of help
     "head": "a horizontal head from measured vectors: its axis, what is left, blocks for any position",
     "check": "check spreadsheets of rotations or NC words by their formulas",
     "explain": "which misreading of the convention gives this number?",
+    "rotation": "a rotation in any notation: all the others, and whether it is one",
     "pose": "a tool axis to every position of a machine, or joints to tip and tool axis",
     "plane": "a tilted plane in every control's words, and a machine's positions on it",
     "controls": "the controls that programs are written for, or the file of one to copy",
@@ -113,7 +114,7 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
 
 def _joined(arguments: list[str]) -> list[str]:
     """Keep argparse from taking values for options: vectors such as -1,0,2, numbers such as -1e-16 or -54,7356."""
-    if arguments[:1] in (["explain"], ["pose"], ["plane"]):
+    if arguments[:1] in (["explain"], ["pose"], ["plane"], ["rotation"]):
         return [re.sub(r"^-(?=[\d.,]+(e[+-]?\d+)?°?$)", "−", word) for word in arguments]
     words, vectors = iter(arguments), ("--origin", "--angles", "--point", "--measured")
     return [f"{word}={next(words, '')}" if word in vectors else word for word in words]
