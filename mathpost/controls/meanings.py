@@ -138,9 +138,10 @@ def _home(reader: Lines, line: Line, text: str) -> None:
 def _plane(reader: Lines, line: Line, text: str) -> None:
     """A tilted plane; where its line says so, or the control does it by itself, the rotary axes turn to it."""
     if reader.control.positioning == "siemens":
+        plane = plane_blocks.from_text(text)
         kept, direction = plane_blocks.swivel(text)
         _no_frames(reader, line, text)  # a new plane deletes what was programmed before
-        reader.at.change(plane=_in_mm(reader, plane_blocks.from_text(text)))
+        reader.at.change(plane=_in_mm(reader, plane))
         if direction:
             _turn_to(reader, line, direction=direction)
         if not kept:

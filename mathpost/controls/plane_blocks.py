@@ -111,7 +111,7 @@ def swivel(text: str) -> tuple[bool, int]:
     numbers = []
     for place in (0, 2, 13):
         given = arguments[place] if place < len(arguments) else ""
-        if not re.fullmatch(r"[-+]?\d*", given):
+        if not re.fullmatch(r"(?:[-+]?\d+)?", given):
             raise InputError("CYCLE800", f"a whole number as argument {place + 1}", repr(given))
         numbers.append(int(given or 0))
     retract, added, direction = numbers

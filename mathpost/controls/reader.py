@@ -24,6 +24,8 @@ from mathpost.controls.variables import Variables
 from mathpost.errors import NUMBER, InputError, MathpostError
 from mathpost.machine import Machine
 
+MOST_DIGITS = 40  # in a row
+
 
 def read(text: str, machine: Machine, control: Control | str = "heidenhain", *, name: str = "program") -> Blocks:
     """Return the `Blocks` of a program's text; `InputError` with its `name` and the line if a word is not known."""
@@ -172,6 +174,8 @@ class Lines(Track):
             body = self.bare(text, self.line)
         except InputError as error:
             raise self.error(error.expected, error.found) from None
+        if re.search(rf"\d{{{MOST_DIGITS}}}", body):
+            raise self.error(f"numbers of less than {MOST_DIGITS} digits", "a longer one")
         line = Line()
         while body:
             if match := self.axis.match(body):
