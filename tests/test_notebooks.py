@@ -92,3 +92,22 @@ def test_the_first_lesson_and_the_readme_have_the_same_syllabus():
     shown = [[cell.strip().replace("(notebooks/", "(") for cell in row] for row in rows]
     table = "".join("".join(cell["source"]) for cell in read(LESSONS[0])["cells"])
     assert [name for name, source, after in shown[1:] if f"| {name} | {after} | {source} |" not in table] == []
+
+
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
+def test_every_section_that_a_lesson_names_is_there(path):
+    """In the lesson that the sentence links to, otherwise in the same one."""
+
+    def texts(lesson):
+        cells = json.loads(lesson.read_text(encoding="utf-8"))["cells"]
+        return ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown"]
+
+    for text in texts(path):
+        for sentence in re.split(r"(?<=[.?!:)])\s+(?=[A-Z*(\[])|\n\n", text):
+            for named in re.findall(r"(?<!G)\b[Ss]ections? (\d+(?: (?:to|and) \d+)*)", sentence):
+                links = re.findall(r"\((\w+\.ipynb)\)", sentence)
+                for lesson in re.findall(r"\((\d\d[a-c]?), section", sentence):
+                    links = [each.name for each in LESSONS if each.name.startswith(f"{lesson}_")]
+                heads = "\n".join(texts(path.parent / links[-1] if links else path))
+                for number in re.findall(r"\d+", named):
+                    assert re.search(rf"^## {number} · ", heads, re.M), sentence

@@ -39,7 +39,7 @@ SLIPS = [
 ]
 BY_HAND = {
     "01-sign": [4, -3, 5],
-    "01-point": [3 * np.cos(np.pi / 6) + 2, 5, 1.5 - 2 * np.sqrt(3)],
+    "01-point": [5 * np.cos(np.radians(25) - np.arctan2(4, 3)), 5, 5 * np.sin(np.radians(25) - np.arctan2(4, 3))],
     "01-still": "z",
     "02-frame": [[0, -1, 0], [0, 0, 1], [-1, 0, 0]],
     "02-lock": 90,
@@ -473,7 +473,7 @@ def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
 
 
 def test_the_detective_names_a_mix_up_that_no_list_foresees():
-    assert "β" in exercise.judge("01-point", [4.598076, -5.0, 1.964102]).why
+    assert "β" in exercise.judge("01-point", [4.409396, -5.0, 2.357376]).why
     assert exercise.judge("01-point", [3, 4, 5]).why.startswith("α and β are left out")
     b, c = EXERCISES["05-angles"].solution
     assert "sign of C" in exercise.judge("05-angles", [b, -c]).why

@@ -41,11 +41,13 @@ class _Listed(Kind[Data]):
         """Return the one name in an answer."""
         if isinstance(answer, (list, tuple)) and len(answer) == 1:
             (answer,) = answer
-        typed, answer = answer, re.sub(r"\b(?:minus|negative)\s+(?=\S)|负", "-", str(answer), flags=re.IGNORECASE)
+        typed = answer
+        if isinstance(answer, str):
+            answer = re.sub(r"\b(?:minus|negative)\s+(?=\S)|负", "-", answer, flags=re.IGNORECASE)
         letters = re.sub(r"\bthen\b|[\W\d_]", " ", str(answer)).split()
         if _key(answer) not in self.known and len(letters) > 1 and max(map(len, letters)) == 1:
             answer = "".join(letters)  # Z-X'-Y'', Z → X → Y, ["Z", "X", "Y"]
-        parts = [answer] if _key(answer) in self.known else re.split(r"\s+|(?<=\w)-(?=\w)", answer.strip())
+        parts = [answer] if _key(answer) in self.known else re.split(r"\s+|(?<=\w)-(?=\w)", str(answer).strip())
         words = {_key(part) for part in parts}
         for first, second in pairwise(parts):  # "the cubic lifted"
             if _key(first + second) in self.known:
