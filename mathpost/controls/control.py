@@ -90,7 +90,6 @@ class Control:
     # that turns states its time, with TCP too, in which no axis exceeds its rate.
     turning_feed: str
     without_tcp: tuple[str, ...]  # how lines begin before which TCP is switched off, and on again behind them
-    feed_stated: bool  # whether a move at feed must state one
     between_blocks: str  # what it does there: one of `BETWEEN_BLOCKS`
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
     block_time: str  # word for the seconds of a block, or nothing
@@ -226,7 +225,8 @@ FIELDS = {
 
 def _pattern(word: str) -> str:
     """A word of a control file as a regular expression; M3 may be written M03."""
-    text = re.escape(word).replace(r"\ ", r"\s*")
+    text = re.sub(r"\\ (?=\\{word)|(?<=word\\})\\ ", r"\\s+", re.escape(word))  # a name stands between blanks
+    text = text.replace(r"\ ", r"\s*")
     for name, pattern in FIELDS.items():
         text = text.replace(rf"\{{{name}\}}", pattern)
     return re.sub(r"^([GM])(?=\d)", r"\g<1>0*", text) + (r"(?!\w)" if word[-1].isalpha() else r"(?![\d.])")
@@ -347,7 +347,6 @@ def from_dict(content: dict, where: str = "control") -> Control:
         turning_feed=motion.take("turning_feed", *one_of("degrees", "rates", "time"), "degrees"),
         between_blocks=motion.take("between_blocks", *one_of(*BETWEEN_BLOCKS), "look-ahead"),
         without_tcp=tuple(motion.take("without_tcp", *LINES, ())),
-        feed_stated=motion.take("feed_stated", TRUTH, "true or false", False),
         inverse_time=tuple(
             motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())
         ),

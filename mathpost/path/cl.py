@@ -30,6 +30,7 @@ from mathpost.rotation import unit
 
 ARC_TOLERANCE = 0.001  # mm
 OPPOSITE = 1e-6  # of the sum of two tool axes
+NO_UNITS = "no UNITS: mm assumed, --unit states it"
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,10 @@ def from_arrays(points: ArrayLike, axes: ArrayLike, *, feed: float = math.nan, n
     return _made(*columns, np.zeros(count, bool), np.arange(1, count + 1), (), name)
 
 
-def read(path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collection[str] = ()) -> CLData:
+def read(
+    path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collection[str] = (), unit: str | None = None,
+    feed: float | None = None,
+) -> CLData:  # fmt: skip
     """Read an APT CL file as `CLData`.
 
     Parameters
@@ -157,6 +161,10 @@ def read(path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collect
         mm, between an arc and the chords that are made of it.
     ignored : collection of str
         Words to be taken as comments although they are hazardous or unknown; none that moves the tool.
+    unit : "mm" or "inch", optional
+        Of a file that has no UNITS; by default mm, and the notes say so.
+    feed : float, optional
+        mm/min, of the moves before the first FEDRAT.
 
     Raises
     ------
@@ -172,7 +180,7 @@ def read(path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collect
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
     content = read_bytes(path).removeprefix(codecs.BOM_UTF8)
-    made = parse(content, str(path), tolerance=tolerance, ignored=ignored)
+    made = parse(content, str(path), tolerance=tolerance, ignored=ignored, unit=unit, feed=feed)
     *before, last = content[-1000:].rsplit(b"\n", 2)
     if b"/" not in last:
         return made
@@ -185,14 +193,17 @@ def read(path: Path | str, *, tolerance: float = ARC_TOLERANCE, ignored: Collect
 
 
 def parse(
-    text: str | bytes, name: str = "CL data", *, tolerance: float = ARC_TOLERANCE, ignored: Collection[str] = ()
-) -> CLData:
+    text: str | bytes, name: str = "CL data", *, tolerance: float = ARC_TOLERANCE, ignored: Collection[str] = (),
+    unit: str | None = None, feed: float | None = None,
+) -> CLData:  # fmt: skip
     """Read the text or the bytes of an APT CL file; see `read`. `name` begins every error message."""
     statements = Statements(name, tolerance, ignored)
+    statements.assume(unit, feed)
     statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
     remarks = sorted(statements.remarks, key=itemgetter(0))
     records, remarks, over = _turned_over(statements.records(), remarks, statements.counts)
-    notes = [f"{what}: {count}" for what, count in statements.counts.items()]
+    notes = [NO_UNITS] * (not statements.units_stated)
+    notes += [f"{what}: {count}" for what, count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
     pieces = tuple(piece.moved(int((over <= piece.first).sum())) for piece in statements.pieces)
     made = replace(made, coordinates=statements.coordinates.rule, pieces=pieces)

@@ -61,8 +61,8 @@ class Lines(text.Reader):
         self.line = 1
         self.start = 0
         self.statement = ""
-        self.unfinished = ""
-        self.comment = ""
+        self.unfinished: list[str] = []  # parts of a statement that goes on,
+        self.comment: list[str] = []  # and of a comment
         self.point: list[float] | None = None
         self.axis = [0.0, 0.0, 1.0]
         self.feed = math.nan
@@ -111,12 +111,13 @@ class Lines(text.Reader):
         part = line.partition("$$")[0].rstrip()
         if not self.unfinished:
             self.start = number
-        if BETWEEN_NUMBERS.search(self.unfinished) and REAL.match(part.lstrip()):
-            self.unfinished += ","  # two numbers: some systems leave out the comma where they break a line
+        before = self.unfinished[-1] if self.unfinished else ""
+        if BETWEEN_NUMBERS.search(before) and REAL.match(part.lstrip()):
+            part = f",{part}"  # two numbers: some systems leave out the comma where they break a line
         if part.endswith("$"):
-            self.unfinished += part[:-1] or " "
+            self.unfinished.append(part[:-1] or " ")
             return
-        self.statement, self.unfinished = (self.unfinished + part).strip(), ""
+        self.statement, self.unfinished = "".join([*self.unfinished, part]).strip(), []
         if self.statement:
             self.take()
 
@@ -127,9 +128,9 @@ class Lines(text.Reader):
     def take_comment(self, line: str) -> None:
         """Take a line of a comment: Creo continues one on the next line; two systems state coordinates in it."""
         if line.endswith("$") and (self.comment or line.startswith("$$->")):
-            self.comment += line[:-1] + " "
+            self.comment.append(line[:-1])
             return
-        said, self.comment = self.comments.take(self.comment + line), ""
+        said, self.comment = self.comments.take(" ".join([*self.comment, line])), []
         if said:
             self.coordinates.say(**said)
 

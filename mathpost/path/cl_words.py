@@ -35,7 +35,7 @@ class Statements(Holes):
 
     def takes_plain(self) -> bool:
         """Whether a GOTO is at present nothing but a move to its point."""
-        special = self.circle or self.arc_before or self.cycle or self.incremental or self.unconfirmed
+        special = self.circle or self.arc_before or self.cycle or self.unconfirmed
         unsure = self.coordinates.unsettled or self.modal.skip or self.modal.lacks_speed
         return not (special or unsure or self.unfinished or self.comment or self.rapid)
 

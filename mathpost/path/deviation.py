@@ -119,19 +119,13 @@ def true_tip(kin: ForwardKinematics, joints: ArrayLike, *, samples: int = 24) ->
 
 
 def largest(
-    what: Measured,
-    kin: ForwardKinematics,
-    joints: np.ndarray,
-    path: Callable[[np.ndarray], Ends],
-    most: np.ndarray,
-    *,
-    least: int = FEWEST_INTERVALS,
+    strayed: Callable[[np.ndarray], np.ndarray], most: np.ndarray, resolution: float = 0.0
 ) -> tuple[float, int]:
-    """Return how far `what`, `TIP` or `AXIS`, strays at most from its path, and the first such move.
+    """Return how far moves stray at most, and the first such move.
 
-    ``path(moves)`` gives the ends, (2, k, 3), of the segments or arcs that some moves of the joints (n, 5) should
-    follow; `most`, shape (n - 1,), is how far each can stray, from `bounds`; infinite where that is not known,
-    negative for moves that do not count. The error that samples may miss is added.
+    ``strayed(moves)`` says it of some of them; `most`, shape (n,), is how far each can stray, from `bounds`;
+    infinite where that is not known, negative for moves that do not count. `resolution`, the error that samples may
+    miss, is added.
     """
     if not len(most):
         return 0.0, -1
@@ -140,9 +134,8 @@ def largest(
     others = np.flatnonzero(~promising)
     for some in (np.flatnonzero(promising), *(others[rows] for rows in slices(others.shape))):
         moves = some[most[some] > found.max()]
-        strayed = stray(what, kin, joints[moves], joints[moves + 1], path(moves), least)
-        found[moves] = np.minimum(strayed, bound[moves])
-    error = min(found.max() + what.resolution, bound.max())
+        found[moves] = np.minimum(strayed(moves), bound[moves])
+    error = min(found.max() + resolution, bound.max())
     return float(error), int(found.argmax())
 
 

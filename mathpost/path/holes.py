@@ -1,6 +1,7 @@
 """Drilling cycles of CL data as moves: CYCLE switches one on, and every GOTO is a hole until it is switched off."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -27,20 +28,30 @@ class Holes(Moves):
     def __init__(self, name: str, tolerance: float) -> None:
         super().__init__(name, tolerance)
         self.cycle_feed: float | None = None  # mm per turn that the cycle goes at, or None
+        self.last: tuple[str, dict[str, Any]] = "", {}  # the cycle that CYCLE/ON resumes, and what its words stated
 
     def on_cycle(self, words: list[str]) -> None:
         kind, *words = words or [""]
-        need(kind != "ON" or self.cycle, "a cycle before CYCLE/ON", "none")
-        if kind in ("OFF", "CLEAR", "INIT", "ON"):
-            self.cycle = self.cycle if kind == "ON" else None
+        need(kind != "ON" or self.last[0], "a cycle before CYCLE/ON", "none")
+        if kind in ("OFF", "CLEAR", "INIT"):
+            need(not words, f"CYCLE/{kind}, and nothing behind it", ",".join(words))
+            self.cycle, self.last = None, self.last if kind == "OFF" else ("", {})
             return
-        if kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
+        before: dict[str, Any] = {}
+        if kind == "ON":  # the last one goes on, with the words behind it in place of its own
+            kind, before = self.last
+        elif kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
             kind, words = words[0], words[1:]
         need(kind in CYCLES, f"CYCLE/{', '.join(CYCLES)} or OFF")
-        given, feed, per_turn = self.parts_of_a_cycle(words)
+        given = before | self.parts_of_a_cycle(words)
+        self.cycle, self.last = self.cycle_of(kind, dict(given)), (kind, given)
+
+    def cycle_of(self, kind: str, given: dict[str, Any]) -> Cycle:
+        """Return a cycle of what its words state."""
         modal = self.modal
         turning = modal.speed is not None and modal.turning
         need(turning or kind != "TAP", "a turning spindle before CYCLE/TAP", "none")
+        feed, per_turn = given.get("feed", (modal.feed, modal.per_turn))
         self.cycle_feed = feed if per_turn else None
         if per_turn:
             feed *= known(modal.speed or None, "SPINDL with turns per minute before a feed per turn", "none")
@@ -60,37 +71,41 @@ class Holes(Moves):
         need(pecks or kind not in PECKED, f"STEP, how deep {kind} goes at a time", "none")
         if kind == "BRKCHP":
             given["out"] = CHIP_BREAKING
-        need(not self.incremental, "a cycle in absolute coordinates", "MODE/INCR")
-        self.cycle = Cycle(kind, **given)
+        return Cycle(kind, **given)
 
-    def parts_of_a_cycle(self, words: list[str]) -> tuple[dict[str, float], float, bool]:
-        """Return the parameters of a cycle, in mm and seconds, its feed in mm, and whether that is per turn."""
-        given, feed, per_turn = {}, self.modal.feed, self.modal.per_turn
+    def parts_of_a_cycle(self, words: list[str]) -> dict[str, Any]:
+        """Return what words of a cycle state, mm and seconds; "feed" is mm, and whether that is per turn."""
+        given: dict[str, Any] = {}
         while words:
             word, *words = words
-            if word in ("AUTO", "MANUAL") or (word in OF_A_CYCLE and words[:1] == ["AUTO"]):
+            if word in ("AUTO", "MANUAL"):
                 continue
             own_word = "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
             need(not REAL.fullmatch(word), own_word)
             known = [*OF_A_CYCLE, *DWELLS, "TPI", *FEED_UNITS]
             need(word in known, f"one of {', '.join(known)} in a cycle", repr(word))
-            if word == "RETURN" and not (words and REAL.fullmatch(words[0])):
-                continue  # to where the tool came from
+            name = "dwell" if word in DWELLS else OF_A_CYCLE.get(word, "feed")
+            need(name not in given, f"one word for the {name} of a cycle", f"{word}, a second one")
+            numbered = bool(words) and REAL.fullmatch(words[0]) is not None
+            if name == "retract" and (words[:1] == ["AUTO"] or (word == "RETURN" and not numbered)):
+                given[name] = None  # to where the tool came from
+                words = words[words[:1] == ["AUTO"] :]
+                continue
             turns = word == "REV" or (word == "DWELL" and words[:1] == ["REV"])
             said, *words = words[turns and word == "DWELL" :] or [""]
             value = self.number(said)
-            if word in DWELLS:
+            if name == "dwell":
                 if words[:1] == ["REV"]:
                     turns, words = True, words[1:]
-                given["dwell"] = self.seconds(value, turns)
+                given[name] = self.seconds(value, turns)
             elif word == "TPI":
                 need(value > 0, "threads per inch, above 0", said)
-                feed, per_turn = MM_PER_INCH / value, True
-            elif word in FEED_UNITS:
-                feed, per_turn = self.feed_of(value, word)
-            elif word != "RETURN" or value:  # Creo: RETURN,0 is to the retract plane, where the tool came from
-                given[OF_A_CYCLE[word]] = value * self.scale
-        return given, feed, per_turn
+                given[name] = MM_PER_INCH / value, True
+            elif name == "feed":
+                given[name] = self.feed_of(value, word)
+            else:  # Creo: RETURN,0 is to the retract plane, where the tool came from
+                given[name] = value * self.scale if value or word != "RETURN" else None
+        return given
 
     def speed_changed(self) -> None:
         super().speed_changed()

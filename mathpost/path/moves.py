@@ -9,13 +9,16 @@ from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError
 from mathpost.path import coordinates
-from mathpost.path.arcs import SAME_RADIUS, Cycle, arc
+from mathpost.path.arcs import SAME_POINT, SAME_RADIUS, Cycle, arc
 from mathpost.path.cl_lines import REAL, UNIT_TOLERANCE, known, need
 from mathpost.path.orders import Orders
 from mathpost.path.pieces import Arc, Hole
 from mathpost.rotation import unit, wrap
 
 MOST_TURNS = 1000  # of a helix
+# The words of TLON,GOFWD/ for an arc: to a line from its centre, or to a plane through its axis and a point.
+ON_AN_ARC = ("CIRCLE ON LINE", "CYLNDR ON PLANE PERPTO PLANE POINT PERPTO VECTOR POINT POINT")
+FIRST_OR_SECOND = re.compile(r"[^,]*,[^/]*(?:(?!\),[-+.\d]).)*,ON,(2,INTOF,)?\(?[A-Z](?:(?!\),[-+.\d]).)*$")
 LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
 
 # Centre, axis, full turns before it, and degrees to its end or None.
@@ -26,7 +29,6 @@ class Moves(Orders):
     def __init__(self, name: str, tolerance: float) -> None:
         super().__init__(name)
         self.tolerance = tolerance
-        self.incremental = False
         self.along_z = False  # whether there was a MULTAX/OFF or CSYS since the last move
         self.home: tuple[list[float], list[float]] | None = None
         self.tangent: list[float] | None = None
@@ -68,8 +70,6 @@ class Moves(Orders):
         if normal:
             self.contact(axis, normal)
         self.confirm_turn(axis)
-        if self.incremental:
-            point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
         if self.circle is not None:
             centre, normal, turns, angle = self.circle
@@ -137,10 +137,9 @@ class Moves(Orders):
                 return
             words = words[1:] if words[:1] == ["MODE"] else ["?"]
         need(words in (["INCR"], ["ABSOL"], ["MILL"]), "INCR, ABSOL or MILL")
-        if words == ["MILL"]:
-            self.remark()
-        else:
-            self.incremental = words == ["INCR"]
+        if words == ["INCR"]:
+            self.counts["INCR, how a post-processor writes: GOTO and this program stay absolute"] += 1
+        self.remark()
 
     # Arcs
 
@@ -157,9 +156,9 @@ class Moves(Orders):
         need(turns in range(1, MOST_TURNS + 1), f"TIMES, and a whole number from 1 to {MOST_TURNS}", f"{turns:g}")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
         values = self.numbers(words[:-1] if turned else words, 6, 7, 11)  # centre, axis, radius …
-        expected = "CIRCLE after a move, in absolute coordinates and outside a cycle"
+        expected = "CIRCLE after a move, outside a cycle"
         before = known(self.point, expected)
-        need(not self.incremental and not self.cycle, expected)
+        need(not self.cycle, expected)
         centre, sign = self.mm(values[:3]), turned or (-1 if len(values) == 11 else 1)
         self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, None
         axis = np.array(values[3:6])
@@ -210,7 +209,11 @@ class Moves(Orders):
 
     def on_tlon(self, words: list[str]) -> None:
         """Take an arc of CATIA: from where the tool is, in the direction of INDIRV, to a line from the centre."""
-        found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(self.statement.upper())}
+        said = self.statement.upper()
+        names = " ".join(re.findall("[A-Z]{2,}", said.partition("/")[2])).replace(" INTOF", "")
+        which = FIRST_OR_SECOND.match("".join(said.split()))
+        need(which and names in ON_AN_ARC, "(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)")
+        found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(said)}
         sizes = {name: len(values) for name, values in found.items()}
         tangent, self.tangent = self.tangent, None
         before = known(self.point, "a move and INDIRV before TLON,GOFWD", "none")
@@ -227,8 +230,21 @@ class Moves(Orders):
         need(np.linalg.norm(spoke) > 0, "an end off the centre of the arc", "the centre")
         height = (start - centre) @ normal
         end = centre + spoke * values[-1] * self.scale / np.linalg.norm(spoke) + height * normal
-        ahead = np.cross(normal, start - centre) @ tangent
-        self.sweep(before, end, self.axis, centre, normal if ahead > 0 else -normal)
+        normal = normal if np.cross(normal, start - centre) @ tangent > 0 else -normal
+        turned = (
+            math.degrees(
+                math.atan2(
+                    np.cross(start - centre, end - centre) @ normal, (start - centre) @ (end - centre) - height**2
+                )
+            )
+            % 360
+        )
+        beyond = (
+            2 if turned > 180 or math.dist(start, end) < SAME_POINT else 1
+        )  # the line goes on behind the centre
+        stated = 2 if which and which[1] else 1
+        need(beyond == stated or abs(turned - 180) < 0.1, "2,INTOF for an arc beyond half a turn, and for no other")
+        self.sweep(before, end, self.axis, centre, normal)
 
     def sweep(
         self, before: list[float], point: ArrayLike, axis: list[float], centre: ArrayLike, normal: ArrayLike,
@@ -314,7 +330,7 @@ class Moves(Orders):
         numbers = [word for word in words if REAL.fullmatch(word)]
         one_each = len(axes) == len(numbers) == 1 and {*words} <= {*axes, *numbers, *others}
         need(one_each, "ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW")
-        need(not self.incremental and self.cycle is None, "ROTABL in absolute coordinates and outside a cycle")
+        need(self.cycle is None, "ROTABL outside a cycle")
         angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
         turn = angle if "TABLE" in words else math.radians(angle)
         from_zero = not {"TABLE", "ATANGL"}.isdisjoint(words) and "INCR" not in words

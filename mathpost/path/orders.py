@@ -10,10 +10,11 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from mathpost.path.cl_lines import REAL, Lines, known, need
+from mathpost.path.cl_lines import LARGEST, REAL, Lines, known, need
 from mathpost.path.modal import AUXILIARY, Command, Modal
 
 MM_PER_INCH = 25.4
+SCALES = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
 LEAST_FEED = 0.001  # mm/min, which programs print
 LARGEST_TOOL = 99_999_999
 LARGEST_OFFSET = 999
@@ -22,6 +23,15 @@ SENSES = {"CLW": "CLW", "CCLW": "CCLW", "CCW": "CCLW"}
 RANGES = ("LOW", "MEDIUM", "HIGH", "AUTO")
 COOLANTS = ("FLOOD", "MIST", "THRU", "AIR", "TAP")
 OFFSETS = ("ADJUST", "OSETNO", "OFFSET")
+OF_A_TOOL = (
+    "AUTO",
+    "MANUAL",
+    "MILL",
+    "DRILL",
+    "TAP",
+    "BORE",
+    "REAM",
+)  # behind its number: how it comes, what it is
 FEED_UNITS = {  # mm in it, None for the unit of the file; and whether it is per turn
     "MMPM": (1.0, False),
     "IPM": (MM_PER_INCH, False),
@@ -43,6 +53,16 @@ class Orders(Lines):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.modal, self.units_stated = Modal(), False
+        self.asked: float | None = None  # mm in the unit of a file that should state none
+
+    def assume(self, unit: str | None, feed: float | None) -> None:
+        """Take a unit, one of `SCALES`, and a feed, mm/min, for a file that does not state them."""
+        if unit is not None:
+            self.on_units([unit.upper()])
+            self.asked = self.scale
+        if feed is not None:
+            need(LEAST_FEED <= feed < LARGEST, f"a feed of at least {LEAST_FEED:g} mm/min", f"{feed:g}")
+            self.feed = self.modal.feed = feed
 
     def command(self, kind: str, *values: Any, statement: str | None = None, record: int | None = None) -> None:
         skip = self.modal.skip
@@ -52,9 +72,10 @@ class Orders(Lines):
     # Units and feeds
 
     def on_units(self, words: list[str]) -> None:
-        scales = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
-        need(len(words) == 1 and words[0] in scales, "UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
-        self.scale, self.units_stated = scales[words[0]], True
+        need(len(words) == 1 and words[0] in SCALES, "UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
+        scale = SCALES[words[0]]
+        need(self.asked in (None, scale), "the unit that --unit states, or no --unit")
+        self.scale, self.units_stated = scale, True
 
     def on_rapid(self, words: list[str]) -> None:
         need(
@@ -123,10 +144,18 @@ class Orders(Lines):
                 offsets, words = self.offsets(words)
             elif word == "NEXTTL":
                 words = words[1:]
+            elif word.isdigit() and int(word) <= 99:  # CATIA: of the assembly and its corrector
+                self.counts["numbers behind that of a tool, which name nothing"] += 1
             else:
-                plain = not REAL.fullmatch(word) or (word.isdigit() and int(word) <= 99)
-                need(plain, "the word LENGTH before a length, OSETNO before the number of an offset", word)
+                named = word in OF_A_TOOL or word[0:1] in ("'", '"')
+                need(named, "the word LENGTH before a length, OSETNO before the number of an offset", word)
+        before = self.modal.loaded
         self.modal.load(int(number), *offsets, *[None] * (2 - len(offsets)))
+        self.modal.loaded = int(number), length, self.modal.length_offset, self.modal.radius_offset
+        if self.modal.loaded == before:  # CATIA repeats it at each operation: spindle and coolant go on
+            self.counts["tools called again that are in the spindle: they stay"] += 1
+            self.remark()
+            return
         if length is not None:  # in mm, whatever the file is in
             registers = "".join(f",{offset}" for offset in offsets)
             statement = f"LOADTL/{int(number)},LENGTH,{length:g}" + f",OSETNO{registers}" * bool(offsets)
@@ -170,7 +199,7 @@ class Orders(Lines):
                 said, *words = words or [""] if word == "OSETNO" else [word, *words]
                 number = self.offset(said)
             else:
-                side = None
+                side = length = None
                 break
         need(side or length, "CUTCOM/LEFT, RIGHT, ON or OFF, XYPLAN, OSETNO and the number of an offset")
         if number is not None:
@@ -226,6 +255,7 @@ class Orders(Lines):
             self.command("coolant", self.modal.coolant)
 
     def on_stop(self, words: list[str]) -> None:
+        need(not words, "STOP or OPSTOP, and nothing behind it", ",".join(words))
         self.command("optional stop" if self.statement.upper().startswith("OP") else "stop")
 
     def on_delay(self, words: list[str]) -> None:

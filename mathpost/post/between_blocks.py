@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.errors import ReachError
-from mathpost.path.deviation import AXIS_RESOLUTION, TIP, derivative, peak, sampled, stray
+from mathpost.path.deviation import AXIS_RESOLUTION, FEWEST_INTERVALS, TIP, derivative, peak, sampled, stray
 from mathpost.post import singular
 from mathpost.post.dynamic_programming import nearest
 from mathpost.post.motion import ON_PART, Motion
 
 if TYPE_CHECKING:
-    from mathpost.kinematics import Kinematics
+    from mathpost.kinematics import ForwardKinematics, Kinematics
     from mathpost.path.cl import CLData
 
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
@@ -27,14 +27,15 @@ AIR = 0.1  # of the clearance, how far a lifted tip may stray
 
 
 def axis_lag(
-    kin: Kinematics, cl: CLData, start: np.ndarray, end: np.ndarray, place: np.ndarray, place_after: np.ndarray
-) -> np.ndarray:
+    kin: ForwardKinematics, cl: CLData, start: np.ndarray, end: np.ndarray, place: np.ndarray,
+    place_after: np.ndarray, least: int = FEWEST_INTERVALS,
+) -> np.ndarray:  # fmt: skip
     """How far the tool axis is at most, radians, from where `cl` has it at the same part of each move.
 
     Not less than its distance from the arc between the records, which is what a proof measures.
     """
     error = np.zeros(len(start))
-    for moves, t, _, axis in sampled(kin, start, end):
+    for moves, t, _, axis in sampled(kin, start, end, least):
         _, wanted = cl.at(place[moves] + t * (place_after - place)[moves])
         error[moves] = 2 * np.arcsin(np.minimum(peak(np.linalg.norm(axis - wanted, axis=-1)) / 2, 1))
     return error + AXIS_RESOLUTION

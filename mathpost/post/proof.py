@@ -20,12 +20,13 @@ from mathpost.path.deviation import (
     FEWEST_INTERVALS,
     LEAST_INTERVALS,
     TIP,
-    Ends,
     arcs,
     bounds,
     largest,
     sampled,
+    stray,
 )
+from mathpost.post.between_blocks import axis_lag
 from mathpost.post.body import BODY, LEAST_BODY, in_body, may_be_rapid, moving, spread, touched
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ class Proof:
     path_tip_error: float  # from the CL segments, mm
     path_axis_error: float  # from the great circle arcs between the records, degrees
     worst_record: int  # (from 1) that the largest tip error of the path comes before or at
+    lag: float  # of the tool axis: the angle, degrees, to where it should be at the same part of each move
 
 
 def prove(
@@ -114,16 +116,27 @@ def measured(
         unknown = blocks.rapid[1:] & (moving(kin, joints).sum(axis=1) > 1)
         off[unknown], most[:, unknown] = 0, -1
 
-    def arcs_of(moves: np.ndarray) -> Ends:
-        return arcs(cl, motion.place[moves], motion.place[moves + 1])
+    def off_arcs(moves: np.ndarray) -> np.ndarray:
+        path = arcs(cl, motion.place[moves], motion.place[moves + 1])
+        return stray(AXIS, machine, joints[moves], joints[moves + 1], path, least)
 
-    def segments_of(moves: np.ndarray) -> Ends:
-        return tips[moves], tips[moves + 1]
+    def off_segments(moves: np.ndarray) -> np.ndarray:
+        return stray(TIP, machine, joints[moves], joints[moves + 1], (tips[moves], tips[moves + 1]), least)
 
-    path_axis, _ = largest(AXIS, machine, joints, arcs_of, most[1], least=least)
+    def lags(moves: np.ndarray) -> np.ndarray:
+        start, end, (before, after) = (
+            joints[moves],
+            joints[moves + 1],
+            (motion.place[moves], motion.place[moves + 1]),
+        )
+        return axis_lag(machine, cl, start, end, before, after, least)
+
+    path_axis, _ = largest(off_arcs, most[1], AXIS.resolution)
+    over_records = motion.record[1:] > np.floor(motion.place[:-1]) + 1  # a way that goes past some: no bound
+    lag, _ = largest(lags, np.where(over_records & (most[1] >= 0), np.pi, most[1]))
     straight = blocks.tcp[1:]  # the control keeps the tip on the straight line between the blocks
     off[~straight], most[0, straight] = 0, -1
-    path_tip, worst = largest(TIP, machine, joints, segments_of, most[0], least=least)
+    path_tip, worst = largest(off_segments, most[0], TIP.resolution)
     if off.max(initial=0) > path_tip:
         path_tip, worst = off.max(), int(off.argmax())
 
@@ -134,6 +147,7 @@ def measured(
         path_tip_error=float(max(path_tip, tip_error)),  # the records are on the path
         path_axis_error=float(max(np.degrees(path_axis), axis_error)),
         worst_record=int(motion.record[worst + 1]) + 1,
+        lag=float(max(np.degrees(lag), axis_error)),
     )
 
 

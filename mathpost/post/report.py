@@ -60,7 +60,7 @@ class Report(proof.Proof):
             said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
         along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
         said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
-        along = f"{self.path_axis_error:.4f}° along the path"
+        along = f"{self.path_axis_error:.4f}° from the arc along the path, lag {self.lag:.4f}°"
         said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
         if self.uncompensated:
             both = [(1e3 * each.tip_error, 3600 * each.axis_error) for each in (self.uncompensated, self)]
@@ -139,6 +139,7 @@ def worst_of(proofs: Sequence[proof.Proof]) -> proof.Proof:
         axis_error=max(each.axis_error for each in proofs),
         path_tip_error=max(each.path_tip_error for each in proofs),
         path_axis_error=max(each.path_axis_error for each in proofs),
+        lag=max(each.lag for each in proofs),
         worst_record=max(proofs, key=lambda each: each.path_tip_error).worst_record,
     )
 
@@ -173,6 +174,11 @@ def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan])
     shown = ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
     cost = sum(each.chosen.cost for each in plans)
     unit = "mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"
+    if unfed := int((np.isnan(cl.feeds) & ~cl.rapid).sum()):
+        yield (
+            "no feed",
+            f"for {unfed} moves in cut: they have no F word, and the control's last one; --feed states one",
+        )
     yield "CL data", f"{cl.name}, {len(cl)} records"
     yield "machine", f"{machine.name} ({machine.arrangement})"
     yield "selection", f"{options.choosing.strategy}, cost {cost:.3f} {unit}"
@@ -222,9 +228,6 @@ def _warnings(plan: Plan, options: Options, spindles: bool) -> Iterator[str]:
     if slower.any():
         alone = "each axis would run at its own rate, and not every way is clear of what the path touches"
         yield f"blocks at a feed where the CL data are in rapid traverse, {slower.sum()}: {alone}"
-    if (np.isnan(path.cl.feeds) & ~path.cl.rapid).any():
-        told = "state the time of the slowest axis" if options.control.feed_stated else "carry no F word"
-        yield f"the CL data state no feed for some moves; they {told}"
     swings = np.degrees(np.abs(np.diff(plan.chosen.joints[:, 3:], axis=0)).max(axis=1))
     if swings.max(initial=0) > 90:
         record = path.first + int(swings.argmax())

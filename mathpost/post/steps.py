@@ -350,14 +350,10 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
         seconds = np.fmax(seconds, np.r_[np.nan, within_rates])
     slow = wanted & ~rapid & np.isnan(feeds) & ~(by_time & ~np.isnan(seconds))
     if slow.any():
-        feeds = np.where(slow, _instead_of_rapid(path, int(record[slow.argmax()])), feeds)
-    if options.control.feed_stated and (unfed := np.isnan(feeds) & ~rapid & ~in_air).any():
-        slowest = kin.machine.max_rates[:3].min()
-        if np.isnan(kin.machine.max_rates).any():
-            expected = f"a feed (FEDRAT), or rates of all axes, without which {options.control.name} moves nothing"
+        if (unfed := np.isnan(feeds) & ~wanted).any():  # they would cut at the feed of the rapid moves
+            expected = "a feed (FEDRAT, --feed) of all moves in cut, where some rapid ones need an F word"
             raise InputError(cl.where(record[unfed.argmax()]), expected, "none")
-        by_time |= unfed & ~np.isnan(seconds)
-        feeds = np.where(unfed & np.isnan(seconds), 60 * slowest, feeds)  # from where nobody knows
+        feeds = np.where(slow, _instead_of_rapid(path, int(record[slow.argmax()])), feeds)
     if options.control.turning_feed == "degrees" and tcp.any():
         only_turns = turning & tcp & np.r_[False, tcp[:-1] & (words[1:, :3] == words[:-1, :3]).all(axis=1)] & ~rapid
         degrees = np.r_[0.0, np.abs(np.diff(words[:, 3:], axis=0)).max(axis=1)]

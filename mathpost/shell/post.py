@@ -42,6 +42,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--origin", type=vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's")
     add("--errors", **FILE, help="errors of the calibrated machine, TOML, to compensate for")
     add("--compare", action="store_true", help="report other strategies and ways through singular regions, too")
+    add(
+        "--feed",
+        type=float,
+        metavar="MM/MIN",
+        help="of the moves before the first FEDRAT; without one they have no F",
+    )
+    add("--unit", choices=("mm", "inch"), help="of CL data that have no UNITS (default mm)")
     add("--ignore", default="", metavar="WORD,…", help="words of the CL file that move nothing, as comments")
     add(*OUTPUT, **FILE, help="program; by default standard output")
 
@@ -75,7 +82,9 @@ def read(options: argparse.Namespace) -> tuple[CLData, Machine]:
     """Return the CL data, and the machine with its setup."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
     ignored = tuple(word.strip() for word in options.ignore.split(",") if word.strip())
-    return cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=ignored), setup
+    chords = min(cl.ARC_TOLERANCE, options.tolerance / 5)
+    stated = given(options, ("unit", "feed"))
+    return cl.read(options.cl, tolerance=chords, ignored=ignored, **stated), setup
 
 
 def made(

@@ -44,11 +44,11 @@ def refused(text):
             [(0.5, 0, 0.8660254), UP],
         ),
         (
-            "GOTO/1,2,3\nMODE/INCR\nGOTO/10,0,0\nGOTO/10,0,0\nMODE/ABSOL\nGOTO/5,0,0",
-            [(1, 2, 3), (11, 2, 3), (21, 2, 3), (5, 0, 0)],
+            "GOTO/1,2,3\nMODE/INCR\nGOTO/10,0,0\nGOTO/20,0,0\nMODE/ABSOL\nGOTO/5,0,0",
+            [(1, 2, 3), (10, 0, 0), (20, 0, 0), (5, 0, 0)],
             None,
         ),
-        ("SET/MODE,INCR\nFROM/5,5,5\nGOTO/1,1,1\nSET/MODE,ABSOL\nGOTO/1,1,1", [(6, 6, 6), (1, 1, 1)], None),
+        ("SET/MODE,INCR\nFROM/5,5,5\nGOTO/1,1,1\nSET/MODE,ABSOL\nGOTO/1,1,1", [(1, 1, 1)] * 2, None),
         ("FROM/1,1,1\nGODLTA/1,2,3\nGODLTA/-1,0,0", [(2, 3, 4), (1, 3, 4)], None),
         ("GOTO/0,0,0,0,0.6,0.8\nGODLTA/10", [(0, 0, 0), (0, 6, 8)], None),
         ("FROM/7,8,9\nGOTO/1,2,3\nGOHOME", [(1, 2, 3), (7, 8, 9)], None),
@@ -168,7 +168,6 @@ def test_inert_words_are_comments(text):
         ("TLAXIS/0,-1,0\nROTABL/90,AAXIS,TABLE,CCLW", "TLAXIS/"),  # degrees where radians stand
         ("ROTABL/90,CAXIS,CLW", "nothing says the sense"),
         ("TLAXIS/0,-1,0\nROTABL/ATANGL,90,AAXIS\nROTABL/ATANGL,90,CAXIS", "which carries which"),
-        ("MODE/INCR\nROTABL/90,AAXIS", "absolute"),
         ("TRNTYP/WORLD,1,0,0", "change nothing"),
         ("RAPID/MODAL", "RAPID"),
         ("MODE/TURN", "INCR, ABSOL or MILL"),
@@ -330,7 +329,8 @@ def test_arcs(system, tolerance):
 )
 def test_arcs_of_catia(tangent, end, angle):
     line = ",".join(f"{value:.6f}" for value in (0, 0, 2, *end, 2))
-    words = f"TLON,GOFWD/ (CIRCLE/ 0.0, 0.0, 2.0,$\n 5.0),ON,(LINE/{line})"
+    which = "2,INTOF," if abs(angle) > 180 else ""  # of the points where the line, both ways, meets the circle
+    words = f"TLON,GOFWD/ (CIRCLE/ 0.0, 0.0, 2.0,$\n 5.0),ON,{which}(LINE/{line})"
     cl = read(f"AUTOPS\nGOTO/5,0,2\nINDIRV/{','.join(map(str, tangent))}\n{words}")
     turned = np.unwrap(np.arctan2(cl.points[:, 1], cl.points[:, 0]))
     assert np.degrees(turned[-1]) == pytest.approx(angle) and (cl.points[:, 2] == 2).all()
@@ -454,7 +454,6 @@ def fastest(walked, cl, place):
     "text",
     [
         "TLAXIS/0.5,0,0.8660254\nGOTO/1,2,3\nGOTO/11,2,3",
-        "GOTO/1,2,3\nMODE/INCR\nGOTO/10,0,0\nGOTO/10,0,0",
         "MSYS/0,0,0,1,0,0,0,1,0\nGOTO/10,0,0\nMSYS/0,0,10,0,1,0,-1,0,0\nGOTO/10,0,0\nGOTO/10,5,0",
         "TRNTYP/WORLD,0,0,0\nCSYS/0,-0.984808,-0.173648,0,1.,0,0,0,0,-0.173648,.984808,0\nGOTO/1,2,3\nGOTO/9,2,3\n"
         "MULTAX/OFF\nCSYS/1,0,0,0,0,1,0,0,0,0,1,0\nRAPID\nGOTO/9,2,30\nGOTO/9,2,3",

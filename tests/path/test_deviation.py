@@ -20,6 +20,7 @@ from mathpost.path.deviation import (
     largest,
     levers,
     sampled,
+    stray,
     true_tip,
 )
 from tests.machines import SIDES, content
@@ -132,9 +133,9 @@ def test_no_move_strays_beyond_its_bound(kin, turn, off):
     assert turn < 0.01 or (found[0] > 3 * off).any()
 
 
-def ends_of(vectors):
-    """Of moves between vectors that follow each other."""
-    return lambda moves: (vectors[moves], vectors[moves + 1])
+def strays(what, kin, joints, vectors):
+    """How far moves stray from the segments or arcs between vectors that follow each other."""
+    return lambda moves: stray(what, kin, joints[moves], joints[moves + 1], (vectors[moves], vectors[moves + 1]))
 
 
 @pytest.mark.parametrize(("turn", "off"), SIZES)
@@ -147,7 +148,7 @@ def test_the_largest_is_that_of_all_moves(kin, turn, off):
         for what, path in ((TIP, tips), (AXIS, axes)):
             wanted = np.where(most[what.index] < 0, 0, expected[what.index])
             for known in (most[what.index], np.where(most[what.index] < 0, -1, np.inf)):
-                error, move = largest(what, kin, joints, ends_of(path), known.copy())
+                error, move = largest(strays(what, kin, joints, path), known.copy(), what.resolution)
                 assert wanted.max() * (1 - 1e-9) <= error <= wanted.max() + what.resolution
                 assert move == wanted.argmax()
 
@@ -160,14 +161,14 @@ def test_few_moves_are_looked_at(dmu50v, monkeypatch):
         "sampled",
         lambda kin, start, *rest, **more: looked.append(len(start)) or sampled(kin, start, *rest, **more),
     )
-    largest(TIP, dmu50v, joints, ends_of(tips), most[0])
+    largest(strays(TIP, dmu50v, joints, tips), most[0], TIP.resolution)
     assert len(joints) == 400 and len(looked) == 2 and sum(looked) < 100
 
 
 def test_no_moves_counted(dmu50v):
     joints, tips, *_ = paths(dmu50v, 1, 0.01, 1e-3)
-    assert largest(TIP, dmu50v, joints, ends_of(tips), np.full(len(joints) - 1, -1.0)) == (0, 0)
-    assert largest(TIP, dmu50v, joints[:1], ends_of(tips[:1]), np.empty(0)) == (0, -1)
+    assert largest(strays(TIP, dmu50v, joints, tips), np.full(len(joints) - 1, -1.0)) == (0, 0)
+    assert largest(strays(TIP, dmu50v, joints[:1], tips[:1]), np.empty(0)) == (0, -1)
 
 
 unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)

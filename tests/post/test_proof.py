@@ -309,17 +309,17 @@ def test_a_lifted_move_beside_a_path_that_climbs_or_falls(dmu50v, to, tcp):
 
 
 def test_the_worst_of_several_tools():
-    first, second = proof.Proof(0.1, 4.0, 0.3, 0.2, 7), proof.Proof(0.2, 1.0, 0.9, 0.1, 3)
+    first, second = proof.Proof(0.1, 4.0, 0.3, 0.2, 7, 0.3), proof.Proof(0.2, 1.0, 0.9, 0.1, 3, 0.5)
     for both in ([first, second], [second, first]):
-        assert report.worst_of(both) == proof.Proof(0.2, 4.0, 0.9, 0.2, 3)
+        assert report.worst_of(both) == proof.Proof(0.2, 4.0, 0.9, 0.2, 3, 0.5)
 
 
 def test_the_report_in_words():
     report = post.Report(
-        0.001, 0.002, 0.003, 0.004, 5,
+        0.001, 0.002, 0.003, 0.004, 5, 0.005,
         settings={"machine": "M"}, time=61.25, time_law="as assumed",
         peaks={"X": (0.0, 1.0), "Y": (12.5, 300.0), "C": (36.0, np.nan)},
-        slowest=(4, 1.0, 2.5), warnings=("look",), uncompensated=proof.Proof(0.0125, 0.01, 0, 0, 1),
+        slowest=(4, 1.0, 2.5), warnings=("look",), uncompensated=proof.Proof(0.0125, 0.01, 0, 0, 1, 0),
         strategies=(("optimal", 1.5, (10.0, 20.0), ""), ("paper", np.nan, (), "no way")), ways={},
     )  # fmt: skip
     assert str(report).split("\n") == [
@@ -328,7 +328,7 @@ def test_the_report_in_words():
         "peaks        Y 12.5 mm/s 300 mm/s², C 36.0 °/s",
         "slow-down    before record 5: 2.500 s, the feed asks 1.000 s",
         "tip error    0.0010 mm at the records, 0.0030 mm along the path (most before record 5)",
-        "axis error   0.0020° at the records, 0.0040° along the path",
+        "axis error   0.0020° at the records, 0.0040° from the arc along the path, lag 0.0050°",
         "volumetric   at the records 12.5 µm and 36.0 arcsec before compensation, 1.0 µm and 7.2 arcsec after it",
         "warning      look",
         "",
