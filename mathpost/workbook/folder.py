@@ -146,7 +146,7 @@ def check_folder(
         except InputError as error:
             rows.append((name, DAMAGED, "", "", "", str(error)))
         except Exception as error:  # whatever it is: the other files are still checked
-            rows.append((name, DAMAGED, "", "", "", f"not judged: {internal(error)}"))
+            rows.append((name, UNCLEAR, "", "", "", internal(error)))
         else:
             *row, why = row_of(report)
             if out and path.suffix.lower() == ".xlsx":

@@ -72,6 +72,8 @@ class Plane(Calculation):
 
     def unround(self, inputs: Values) -> None:
         """Square the frame of the sheet if it is one but for its last digits; else draw others as it is."""
+        if not inputs.keys() >= {*self.x, *self.y, *self.z}:  # a formula in place of a number
+            return
         vectors = {each: np.stack([inputs[p] for p in each], axis=-1) for each in (self.x, self.y, self.z) if each}
         if not self.z:
             x, y = vectors[self.x], vectors[self.y]
