@@ -28,10 +28,8 @@ from mathpost.workbook.sheet.samples import same
 from mathpost.workbook.sheet.tree import areas, heads
 from mathpost.workbook.task import Task
 from mathpost.workbook.verdict.beside import Beside
-from mathpost.workbook.verdict.inputs import doubts_of_inputs
 from mathpost.workbook.verdict.judge import Judge
-from mathpost.workbook.verdict.reason import reason, reason_of_number
-from mathpost.workbook.verdict.values import check_values
+from mathpost.workbook.verdict.reason import reason
 
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 
@@ -81,10 +79,8 @@ def _checked(path: str | PathLike[str], task: Task) -> FileReport:
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
     judge.faults[:0] = [judge.typed_number(place, before.tree(place)) for place in found.sorted(lost)]
-    if not found.calculations and (report := _by_values(graph, found)).cells:
-        return report
     others = Beside(judge)
-    problems = [*_problems(judge, others), *doubts_of_inputs(graph, found, judge.units)]
+    problems = _problems(judge, others)
     seen = [*_recognised(judge), *problems]
     unclear = bool(problems or judge.reading or not found.calculations)
     report = _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
@@ -179,18 +175,6 @@ def _warnings(judge: Judge, lost: dict[Place, Tree]) -> Iterator[str]:
         yield from looked_at([c for c in found.calculations if isinstance(c, Words)], graph.own)
     elif not judge.faults:
         yield from _lucky_references(graph, judge)
-
-
-def _by_values(graph: Graph, found: Recognised) -> FileReport:
-    values = check_values(graph, found)
-    statuses = values.statuses
-    results_right = not values.faults and RIGHT in statuses.values()
-    if statuses:  # a formula is not looked at there
-        statuses = dict.fromkeys(graph.trees.keys() - graph.messages, UNCLEAR) | statuses
-    report = _report(graph, statuses, values.faults, values.seen, [LUCKY])
-    report.beside = results_right and report.verdict == UNCLEAR
-    report.explain = _explainer(graph, statuses, partial(reason_of_number, graph, values))
-    return report
 
 
 def _explainer(

@@ -39,7 +39,6 @@ class Calculation:
     typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
     known: dict[int, list[np.ndarray]] = field(default_factory=dict)
     targets: Values = field(default_factory=dict)
-    mistakes: dict[str, np.ndarray] = field(default_factory=dict)  # sentence → what it makes of the results
     radians: np.ndarray = field(init=False, repr=False)  # of the angles, shape (samples, …), once prepared
 
     @property
@@ -146,18 +145,7 @@ class Turn(Calculation):
             self.known[1] = [term[None] for term in terms if np.ptp(term[1:])]
             self.known[len(self.axis) or 3] += [unit(look(values, self.axis)).T] if self.axis else []
             target = vectors[1] if len(self.results) < 9 else target
-            self._make_mistakes(ends[0], point, point - moved[0] @ point)
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
-
-    def _make_mistakes(self, turn: np.ndarray, point: np.ndarray, origin: np.ndarray) -> None:
-        """Set the results of somebody who subtracts the origin at the wrong place, or not at all, or adds it."""
-        wrong = {
-            "the origin is not taken off": turn @ point,
-            "the origin is taken off after the turn, not before": turn @ point - origin,
-            "the origin is added, not taken off": turn @ (point + origin),
-            "the origin is added after the turn, not taken off before": turn @ point + origin,
-        }
-        self.mistakes = {text: _cells(vector, 3) for text, vector in wrong.items() if self.origin}
 
     def _elements(self, values: Values) -> list[np.ndarray]:
         """The elementary matrices from left to right, each of shape (samples, 4, 4)."""

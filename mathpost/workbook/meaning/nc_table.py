@@ -58,13 +58,6 @@ class Words(Calculation):
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's
     back: np.ndarray | float = 0.0  # what is subtracted from it: the same at rotary zero, or nothing
-    # Place of a number of the machine that is 0 and is varied → what 1 mm more makes of X Y Z.
-    steps: dict[Place, np.ndarray] = field(default_factory=dict)
-
-    @property
-    def read(self) -> Line:
-        """And what is varied."""
-        return (*super().read, *self.steps)
 
     def unround(self, inputs: Values) -> None:
         """Normalise the tool axis of the sheet, if it is one but for its last digits."""
@@ -89,8 +82,6 @@ class Words(Calculation):
         rotary = np.where((np.isfinite(own).all(axis=-1) & (off < 1e-10))[:, None], own, rotary)  # any, at the pole
         self.radians = np.deg2rad(rotary)
         linear = self.close(tip, axis, self.radians)
-        for place, step in self.steps.items():
-            linear = linear + values[place][:, None] * step
         self.should_be(self.results, np.hstack([linear, rotary / self.units]).T[-len(self.results) :])
         turns = [self.radians, rotary, np.cos(self.radians), np.sin(self.radians)]
         length = np.linalg.norm(axis, axis=-1, keepdims=True)

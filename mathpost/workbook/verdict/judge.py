@@ -16,10 +16,8 @@ from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.graph import Graph
-from mathpost.workbook.sheet.samples import SAMPLES, Values, same
+from mathpost.workbook.sheet.samples import Values, same
 from mathpost.workbook.sheet.tree import areas
-from mathpost.workbook.verdict.inputs import angle_in_the_text
-from mathpost.workbook.verdict.labels import read_labels
 from mathpost.workbook.verdict.readings import Readings
 from mathpost.workbook.verdict.sampled import Sampled
 from mathpost.workbook.verdict.tables import Tables
@@ -72,15 +70,9 @@ class Judge(Sampled):
         self.chained = [c for c in self.live if not made.isdisjoint(c.given)]
         for calculation in [c for c in self.found.calculations if c not in planes][:1]:
             self._compare_the_inputs(calculation)
-        said = self._as_the_labels_say() if not self.met(self.targets) else {}
-        if not said:
-            self.reading = self.readings.left_open()
+        self.reading = self.readings.left_open()
         if not self.reading:
-            self._judge_others([c for c in self.live if c not in planes], said)
-        for calculation in self.unexplained[:]:
-            self._as_a_mistake(calculation)
-        for calculation in self.unexplained[:UNEXPLAINED]:
-            self._by_a_step(calculation)
+            self._judge_others([c for c in self.live if c not in planes])
         self.readings.name_the_convention()
         tables.judge_all()
         return self
@@ -90,10 +82,10 @@ class Judge(Sampled):
         self.prepare(planes)
         self.targets = {p: t for plane in planes for p, t in plane.targets.items()}
         for plane in planes:
-            self._repair(plane, {})
+            self._repair(plane)
         self.readings.choose_the_way([c for c in self.live if isinstance(c, Turn) and c.active is None])
 
-    def _judge_others(self, calculations: list[Turn], said: Values) -> None:
+    def _judge_others(self, calculations: list[Turn]) -> None:
         """Judge each calculation; what turns by the angles of a plane that may be none is not repaired."""
         unsure = {*self.unexplained}
         for calculation in calculations:
@@ -102,7 +94,7 @@ class Judge(Sampled):
             if of_unsure and self.bad(calculation.targets):
                 self.unexplained.append(calculation)
             else:
-                self._repair(calculation, said)
+                self._repair(calculation)
 
     def _is_of_a_table(self, calculation: Calculation) -> bool:
         """Whether another row of its table could not be explained."""
@@ -118,21 +110,19 @@ class Judge(Sampled):
     def _compare_the_inputs(self, calculation: Calculation) -> None:
         """The numbers that the task gives, looked for in the input cells."""
         for name, other in (("angles", "wrong angle"), ("point", "wrong point"), ("origin", "wrong point")):
-            asked, by = getattr(self.found.task, name) or (), "the task"
-            if name == "angles" and not asked:
-                asked, by = angle_in_the_text(self.found, self.units), "a text"
+            asked = getattr(self.found.task, name) or ()
             for place, wanted in zip(getattr(calculation, name), asked, strict=False):
                 unit, number = np.rad2deg(self.units.get(place, np.pi / 180)), self.graph.number(place)
                 half, number = 0.6 * 10.0 ** -min(written_decimals(number), 6) * unit + 1e-9, number * unit
                 if abs(number - wanted) > half:
                     cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
                     cause = "sign" if abs(number + wanted) <= half else cause
-                    text = f"{self.graph.short(place)} is {number:.6g}, {by} says {wanted:.6g}"
+                    text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
                     self.faults.append(self.fault(place, cause, text))
 
-    def _repair(self, calculation: Calculation, said: Values) -> None:
+    def _repair(self, calculation: Calculation) -> None:
         """Put in the right things, one after the other, until the results are right."""
-        first, said = len(self.faults), said if said.keys() >= calculation.targets.keys() else {}
+        first = len(self.faults)
         after = self.graph.downstream(calculation.targets) if self.chained else set()
         later = [c for c in self.chained if c is not calculation and not after.isdisjoint(c.given)]
         while bad := self.bad(calculation.targets):
@@ -140,8 +130,7 @@ class Judge(Sampled):
             targets = {p: t for p, t in self.targets.items() if p in near}
             targets = {p: t for p, t in targets.items() if not any(p in c.targets for c in later)}
             missed = {p: targets.pop(p) for p in self.bad(targets) if p not in calculation.targets}
-            found = self._by_labels(calculation, said, bad)
-            found = found or self.where.earliest(calculation, targets, bad, missed) or self._exchanged(calculation)
+            found = self.where.earliest(calculation, targets, bad, missed) or self._exchanged(calculation)
             strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
             if found is None and not isinstance(calculation, Words):
                 self.unexplained.append(calculation)
@@ -162,19 +151,11 @@ class Judge(Sampled):
         self.faults[first:] = _one_convention(self.faults[first:])
 
     def _exchanged(self, calculation: Calculation) -> Values | None:
-        """The right values of results of another point, or under each other's headings; records the fault."""
+        """The right values of results that stand under each other's headings; records the fault."""
         results, wanted = calculation.results, [*calculation.targets.values()]
         of_points = isinstance(calculation, Turn) and calculation.point
         if of_points:
             results, wanted = results[:3], wanted[:3]
-        now, short = self.block(results), self.graph.short(results[0])
-        for other in (
-            c for c in self.live if of_points and isinstance(c, Turn) and c.point and c is not calculation
-        ):
-            if same(now, np.array([*other.targets.values()][:3])):
-                text = f"{short} is what becomes of {self.graph.range(other.point)}"
-                self.faults.append(self.fault(results[0], "wrong point", text))
-                return dict(zip(results, wanted, strict=True))
         headings = [self.found.coordinate(p) if of_points else self.found.label(p) for p in results]
         fits = np.array([[self.met({p: target}) for target in wanted] for p in results])
         is_named = all(headings) and len({*headings}) == len(results) < 5
@@ -216,32 +197,6 @@ class Judge(Sampled):
         up = self.graph.upstream(last.results, last.point) - set(last.point)
         return [s for s in self.found.steps if up.issuperset(s.results)]
 
-    def _as_a_mistake(self, last: Calculation) -> None:
-        """Name the mistake that explains all three cells of a result, or of the step that it is copied from."""
-        for text, wrong in last.mistakes.items():
-            made = [c for c in (*self.steps(last), last) if same(self.block(c.results[:3]), wrong)]
-            if made:
-                targets = dict(zip(made[0].results, last.targets.values(), strict=False))
-                self.faults += [self.fault(p, "offset", f"{self.graph.short(p)}: {text}") for p in targets]
-                self.put(targets)
-                self.unexplained.remove(last)
-                return
-
-    def _by_a_step(self, last: Calculation) -> None:
-        """Repair a vector on the way to a result that no repair explains: the result may only follow from it."""
-        targets = {p: t for p, t in self.targets.items() if p not in last.targets}
-        for step in self.steps(last)[::-1]:
-            before = self.faults[:], self.unexplained[:]
-            self.prepare([step])
-            self.targets = targets | step.targets
-            self._repair(step, {})
-            if step not in self.unexplained:
-                self.unexplained.remove(last)
-                self._choose(last)
-                return
-            self.faults, self.unexplained = before
-        self.targets = targets | last.targets
-
     def repaired_alone(self, place: Place, value: np.ndarray) -> Fault | None:
         """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so."""
         wanted = {p: self.now(p) for p in self.graph.array(place)} | {place: value}
@@ -260,31 +215,6 @@ class Judge(Sampled):
         if tree and areas(tree):
             text = f"{short}: {said(place, tree, self.graph.trees[place])}"
         return self.fault(place, "typed over formula", text)
-
-    def _as_the_labels_say(self) -> Values:
-        """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
-        implied = read_labels(self.graph)
-        whole = Graph(self.graph.book, implied)
-        values = whole.run({p: v for p, v in self.inputs.items() if p not in implied})
-        met = [c.targets for c in self.live if implied.keys() >= c.targets.keys() and self.met(c.targets, values)]
-        reached = whole.upstream(p for targets in met for p in targets) & implied.keys()
-        return {p: np.broadcast_to(values[p], SAMPLES) for p in whole.order if p in reached}
-
-    def _by_labels(self, calculation: Calculation, said: Values, bad: list[Place]) -> Values | None:
-        """The first cell, or matrix, or vector, that is not what its label says, recorded; what the label says."""
-        scope = self.graph.upstream(bad) & said.keys()
-        wrong = {p for p in scope if not same(self.now(p), said[p])}
-        first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
-        for place in sorted(first, key=self.graph.calculation_order)[:1]:
-            before = self.graph.upstream([place]) - {place, *said, *self.found.turning, *self.found.typed}
-            if not all(any(same(self.now(p), entry) for entry in calculation.entries) for p in before):
-                return None  # the cause may be a cell without a label
-            units = [*self.found.windows, *self.where.lines(calculation, scope), (place,)]
-            unit = next(unit for unit in units if place in unit)
-            option = {p: said[p] for p in unit if p in wrong}
-            self.faults += self.why.explain(calculation, unit, option)[1]
-            return option
-        return None
 
 
 def _one_convention(faults: list[Fault]) -> list[Fault]:

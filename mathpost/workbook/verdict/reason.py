@@ -9,13 +9,9 @@ import numpy as np
 from mathpost.workbook.sheet.tree import text_of
 
 if TYPE_CHECKING:
-    from mathpost.workbook.sheet.graph import Graph
     from mathpost.workbook.sheet.place import Place
     from mathpost.workbook.verdict.beside import Beside
     from mathpost.workbook.verdict.judge import Judge
-    from mathpost.workbook.verdict.values import Judged
-
-NUMBER = "it is a number without a formula that stands under no heading of a result: not looked at"
 
 
 def reason(judge: Judge, others: Beside, place: Place, status: str | None) -> list[str]:
@@ -76,17 +72,3 @@ def reason(judge: Judge, others: Beside, place: Place, status: str | None) -> li
     else:
         rule = "it is no number that follows from the inputs"
     return [*lines, f"rule: {rule}"]
-
-
-def reason_of_number(graph: Graph, values: Judged, place: Place, status: str | None) -> list[str]:
-    """Return the lines of `reason` on a cell of a sheet of numbers, by what is `Judged`."""
-    lines = [f"{graph.address(place)} is {graph.own.get(place)}: {status or 'no cell to judge'}"]
-    if place not in values.asked:
-        return [*lines, f"rule: {'it is given' if place in values.given else NUMBER}"]
-    wanted, *given = values.asked[place]
-    angles, point = map(graph.range, given)
-    return [
-        *lines,
-        f"it should be {wanted:.9g} at these inputs",
-        f"rule: it is a result by its heading, compared to its digits with {point} turned by the angles {angles}",
-    ]

@@ -14,11 +14,11 @@ from mathpost.workbook.sheet.evaluate import STATISTICS
 from mathpost.workbook.sheet.formula import Tree
 from mathpost.workbook.sheet.place import Place, beside
 from mathpost.workbook.sheet.tree import areas, heads
-from mathpost.workbook.verdict.values import CALCULATED
 
 if TYPE_CHECKING:
     from mathpost.workbook.verdict.judge import Judge
 
+CALCULATED = 3  # decimals that nobody gives
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet|abstand|distan|距离"
 LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
 EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"

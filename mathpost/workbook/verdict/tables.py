@@ -10,8 +10,6 @@ import numpy as np
 
 from mathpost.workbook.meaning.nc_numbers import judge_numbers
 from mathpost.workbook.meaning.nc_table import Words, on_the_wrong_branch, point_named
-from mathpost.workbook.verdict.constants import Constants
-from mathpost.workbook.verdict.inputs import sums_typed_over
 from mathpost.workbook.verdict.machine_causes import by_cause, explained, is_of_the_machine
 
 if TYPE_CHECKING:
@@ -36,36 +34,17 @@ class Tables:
             for text in point_named(table, self.judge.now):
                 self._judge_the_point(table, text)
         self.judge.prepare(self.rows)
-        if self.rows:
-            self._vary_constants()
 
     def _judge_the_point(self, table: list[Words], text: str) -> None:
         """Doubt another point that X Y Z name if the machine has it; else what is known to give it is a fault."""
         other = explained(table, self.graph.own, -5)
         if is_of_the_machine(table[0]):
             self.found.problems.append(f"{text}, or {other.sentence}" if other else text)
-        elif over := next(sums_typed_over(self.graph, self.found, table[0].further), None):
-            place, sentence = over
-            self.judge.faults.append(self.judge.fault(place, "typed over formula", sentence))
         elif other:
             for row in table:
                 row.further = 0.0
         else:
             self.found.problems.append(text)
-
-    def _vary_constants(self) -> None:
-        """Vary the numbers of the machine in the sheet, where no word shows that one is used wrongly."""
-        for _, table in groupby(self.rows, lambda row: row.table):
-            rows = [row for row in table if len(row.results) == 5]
-            if not rows or not all(self.judge.met(row.targets) for row in rows):
-                continue
-            constants = Constants(self.judge, rows)
-            constants.vary()
-            for place in constants.doubtful:
-                text = "is 0; if it were not, X Y Z would be right for no machine"
-                self.found.problems.append(f"{self.graph.address(place)} {text}")
-        self.judge.values = self.judge.run_with()
-        self.judge.prepare(self.rows)
 
     def judge_all(self) -> None:
         """Add the faults of headings, branches and typed words, and name what was done to the whole table."""
