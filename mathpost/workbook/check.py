@@ -13,10 +13,9 @@ import numpy as np
 
 from mathpost.bounds import TooLarge, bounded
 from mathpost.workbook.meaning.given import QUATERNION
-from mathpost.workbook.meaning.label import read_label
-from mathpost.workbook.meaning.nc_numbers import looked_at
-from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.recognise import Recognised
+from mathpost.workbook.meaning.typed_words import looked_at
+from mathpost.workbook.meaning.words import Words
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, TOO_LARGE, UNCLEAR, WRONG, Fault, FileReport, Judgement
 from mathpost.workbook.sheet.edits import INVERSE
 from mathpost.workbook.sheet.file import EMPTY, Book, read
@@ -28,6 +27,7 @@ from mathpost.workbook.sheet.samples import same
 from mathpost.workbook.sheet.tree import areas, heads
 from mathpost.workbook.task import Task
 from mathpost.workbook.verdict.beside import Beside
+from mathpost.workbook.verdict.inputs import contradicted, unused
 from mathpost.workbook.verdict.judge import Judge
 from mathpost.workbook.verdict.reason import reason
 
@@ -80,7 +80,7 @@ def _checked(path: str | PathLike[str], task: Task) -> FileReport:
     judge = Judge(graph, found).run()
     judge.faults[:0] = [judge.typed_number(place, before.tree(place)) for place in found.sorted(lost)]
     others = Beside(judge)
-    problems = _problems(judge, others)
+    problems = [*_problems(judge, others), *contradicted(found, judge.units)]
     seen = [*_recognised(judge), *problems]
     unclear = bool(problems or judge.reading or not found.calculations)
     report = _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
@@ -158,11 +158,7 @@ def _problems(judge: Judge, others: Beside) -> list[str]:
 def _warnings(judge: Judge, lost: dict[Place, Tree]) -> Iterator[str]:
     """Yield what deserves a look."""
     graph, found = judge.graph, judge.found
-    angles = {graph.own[p] for c in found.calculations for p in c.angles}
-    for place in found.sorted(found.typed - graph.used.keys()) if angles else ():
-        role = read_label(found.label(place))
-        if role and role.kind == "angle" and graph.own[place] not in angles:
-            yield f"{graph.address(place)} is an angle, {graph.own[place]:g}, that no formula uses"
+    yield from unused(found) if any(c.angles for c in found.calculations) else ()
     after_lost = graph.downstream(lost)
     numbers = {p: graph.cells[p].number for p in graph.order if p not in after_lost}
     stored = {p: number for p, number in numbers.items() if number is not None}
@@ -172,7 +168,12 @@ def _warnings(judge: Judge, lost: dict[Place, Tree]) -> Iterator[str]:
     if any(c.typed for c in found.calculations):
         yield LUCKY
     if found.task.machine is not None:
-        yield from looked_at([c for c in found.calculations if isinstance(c, Words)], graph.own)
+        words = [c for c in found.calculations if isinstance(c, Words)]
+        yield from looked_at(words, graph.own)
+        up = graph.upstream(p for row in words for p in row.results) & found.typed - judge.inputs.keys()
+        zeros = [p for p in found.sorted(up - {p for w in found.windows for p in w}) if graph.own[p] == 0]
+        if zeros and not judge.faults:
+            yield f"{', '.join(graph.ranges(zeros[:6]))}: 0, so that a slip before it is not seen"
     elif not judge.faults:
         yield from _lucky_references(graph, judge)
 

@@ -5,7 +5,6 @@ documents, as of TRUE in a sum, is in `differ` and must not be taken for known.
 """
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ from openpyxl.worksheet.formula import ArrayFormula
 
 from mathpost.workbook.sheet.file import read
 from mathpost.workbook.sheet.graph import Graph
-from tests.workbook.score import recalculate
 
 SAID = json.loads(Path(__file__).with_name("values_of_libreoffice.json").read_text(encoding="utf-8"))
 FIRST = 10  # row of the formulas
@@ -54,17 +52,3 @@ def test_formulas_have_the_values_that_libreoffice_gives_them(values):
 
 def test_what_programs_make_different_things_of_is_not_known(values):
     assert [formula for formula in SAID["differ"] if np.isfinite(values[formula])] == []
-
-
-@pytest.mark.skipif(shutil.which("soffice") is None, reason="LibreOffice is not installed")
-def test_the_stored_values_are_those_of_libreoffice(path, tmp_path, of):
-    if of(True, False):
-        pytest.skip("does not apply to a sample: the stored values do")
-    recalculate(path.parent, tmp_path)
-    (sheet,) = openpyxl.load_workbook(tmp_path / path.name, data_only=True)
-    for formula, value in SAID["values"].items():
-        found = sheet.cell(ROWS[formula], 1).value
-        if value == "error":
-            assert str(found).startswith("#"), formula
-        else:
-            assert found == pytest.approx(value, rel=1e-12), formula

@@ -10,7 +10,6 @@ from mathpost.workbook import Task
 from tests.workbook.cells import Book, Values, address
 from tests.workbook.machining_sheets import MACHINES, TABLES, first_in_file, forward, order_of
 from tests.workbook.test_machining import checked, table
-from tests.workbook.test_said import FANUC, SPATIAL, _plane_words
 from tests.workbook.test_strange_sheets import _check
 
 PAIRS = [*combinations(("x", "y", "z"), 2), *combinations(("i", "j", "k"), 2), ("X", "Z"), ("A", "C")]
@@ -167,30 +166,3 @@ def test_labels_of_a_single_position(tmp_path):
         said = [dict([pair, pair[::-1]]).get(name, name) for name in names]
         report = _check(tmp_path, cells, {f"A{n}": name for n, name in enumerate(said, 3)}, machine=machine)
         assert report.verdict == ("wrong" if said != names else "right"), (pair, report)
-
-
-@pytest.mark.parametrize(("given", "made"), [(SPATIAL, FANUC), (FANUC, SPATIAL)])
-def test_words_of_a_plane_under_each_others_headings(given, made, tmp_path):
-    cells = _plane_words(given, made)
-    for pair, first in (("IJ", "J2"), ("JK", "K2")):
-        a, b = (f"{column}1" for column in pair)
-        report = _check(tmp_path, cells | {a: cells[b], b: cells[a]})
-        assert (report.verdict, report.faults[0].cell, report.faults[0].cause) == (
-            "wrong",
-            f"Sheet!{first}",
-            "exchanged",
-        )
-
-
-def test_parts_of_a_quaternion_under_each_others_labels(tmp_path):
-    half, whole = "RADIANS(B4)/2", "RADIANS(B3{}B5)/2"
-    cells = {"A1": "Quaternion w x y z of ZXZ Euler angles, R = Rz(alpha) Rx(beta) Rz(gamma)"}
-    cells |= {"A3": "alpha", "B3": 48, "A4": "beta", "B4": -36, "A5": "gamma", "B5": 75}
-    parts = (("COS", "COS", "+"), ("SIN", "COS", "-"), ("SIN", "SIN", "-"), ("COS", "SIN", "+"))
-    cells |= {f"E{n}": f"={f}({half})*{g}({whole.format(sign)})" for n, (f, g, sign) in enumerate(parts, 3)}
-    book = {("S", n, 2): cells[f"B{n}"] for n in (3, 4, 5)} | {("S", n, 5): cells[f"E{n}"] for n in (3, 4, 5, 6)}
-    turn = Rotation.from_euler("ZXZ", (48, -36, 75), degrees=True).as_quat(scalar_first=True)
-    assert np.allclose([Values(Book(book))["S", n, 5][0] for n in (3, 4, 5, 6)], turn)
-    for said, verdict in (("wxyz", "right"), ("xwyz", "wrong"), ("wxzy", "wrong")):
-        report = _check(tmp_path, cells | {f"D{n}": letter for n, letter in enumerate(said, 3)})
-        assert report.verdict == verdict, (said, report)

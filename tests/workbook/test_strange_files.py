@@ -8,7 +8,6 @@ import numpy as np
 import openpyxl
 import pytest
 from openpyxl.workbook.defined_name import DefinedName
-from scipy.spatial.transform import Rotation
 
 from mathpost.errors import InputError
 from mathpost.workbook import check_file
@@ -16,21 +15,10 @@ from mathpost.workbook.sheet.file import read
 from mathpost.workbook.sheet.graph import Graph
 from mathpost.workbook.sheet.tree import text_of
 from mathpost.workbook.task import task_file
-from tests.workbook import layouts
-from tests.workbook.cells import Values, formula_of, save
+from tests.conftest import DATA
 from tests.workbook.test_strangers import SHEETS, workbook
 
-TURNS = ("alpha", "beta", "gamma")
-
-
-@pytest.fixture(scope="module")
-def books():
-    """The source's sheet, and the same with a sign lost in an element."""
-    book = layouts.source_sheet()
-    key = next(key for key in book.formulas() if book.cells[key].startswith("=-"))
-    spoiled = layouts.source_sheet()
-    spoiled.cells[key] = "=" + book.cells[key][2:]
-    return {"right": book, "wrong": spoiled}
+BOOKS = {"right": DATA / "workbooks/right.xlsx", "wrong": DATA / "workbooks/typed_sign.xlsx"}
 
 
 def verdict(path):
@@ -42,29 +30,11 @@ def verdict(path):
         return "refused"
 
 
-def write_csv(path, book, separator, comma):
-    values = Values(book).all()
-    rows = max(key[1] for key in values)
-    lines = []
-    for row in range(1, rows + 1):
-        cells = [values.get((book.sheets()[0], row, column)) for column in range(1, 8)]
-        texts = ["" if v is None else v if isinstance(v, str) else f"{v[0]:.6f}" for v in cells]
-        lines.append(separator.join(text.replace(".", ",") if comma else text for text in texts))
-    path.write_text("\n".join(lines), encoding="utf-8")
-
-
-@pytest.mark.parametrize(("separator", "comma"), [(",", False), (";", True), ("\t", False)])
-def test_csv(books, tmp_path, separator, comma):
-    for name, allowed in (("right", {"right", "unclear", "refused"}), ("wrong", {"wrong", "unclear", "refused"})):
-        write_csv(tmp_path / f"{name}.csv", books[name], separator, comma)
-        assert verdict(tmp_path / f"{name}.csv") in allowed
-
-
 @pytest.mark.skipif(shutil.which("soffice") is None, reason="LibreOffice is not installed")
 @pytest.mark.parametrize(("name", "kind", "ending"), [("right", "ods", "ods"), ("wrong", "xls", "et")])
-def test_other_programs_files(books, tmp_path, name, kind, ending):
+def test_other_programs_files(tmp_path, name, kind, ending):
     """The .et of WPS is an .xls."""
-    save(tmp_path / f"{name}.xlsx", books[name])
+    shutil.copy(BOOKS[name], tmp_path / f"{name}.xlsx")
     profile = f"-env:UserInstallation=file://{tmp_path}/profile"
     command = ["soffice", "--headless", "--norestore", profile, "--convert-to", kind, "--outdir", str(tmp_path)]
     subprocess.run([*command, str(tmp_path / f"{name}.xlsx")], check=True, capture_output=True)
@@ -72,8 +42,8 @@ def test_other_programs_files(books, tmp_path, name, kind, ending):
     assert verdict(path) == name
 
 
-def test_a_workbook_with_another_ending(books, tmp_path):
-    save(tmp_path / "wrong.et", books["wrong"])
+def test_a_workbook_with_another_ending(tmp_path):
+    shutil.copy(BOOKS["wrong"], tmp_path / "wrong.et")
     assert verdict(tmp_path / "wrong.et") in {"wrong", "unclear", "refused"}
     (tmp_path / "text.xlsx").write_text("x;y;z\n1;2;3\n")
     (tmp_path / "empty.xlsx").write_bytes(b"")
@@ -85,10 +55,10 @@ def test_a_workbook_with_another_ending(books, tmp_path):
     assert verdict(tmp_path / "folder.xlsx") == "refused"
 
 
-def test_damaged_files(books, tmp_path):
+def test_damaged_files(tmp_path):
     """Cut off, or with bytes changed at random: refused, or judged as what can still be read."""
     path = tmp_path / "wrong.xlsx"
-    save(path, books["wrong"])
+    shutil.copy(BOOKS["wrong"], path)
     content, rng = path.read_bytes(), np.random.default_rng(0)
     for part in (0.2, 0.6, 0.95):
         path.write_bytes(content[: int(len(content) * part)])
@@ -109,8 +79,7 @@ def test_an_encrypted_file(tmp_path):
         check_file(path)
 
 
-def parts_of(path, book):
-    save(path, book)
+def parts_of(path):
     with zipfile.ZipFile(path) as archive:
         return {name: archive.read(name).decode() for name in archive.namelist()}
 
@@ -121,9 +90,9 @@ def pack(path, parts):
             archive.writestr(name, content)
 
 
-def test_bombs(books, tmp_path):
+def test_bombs(tmp_path):
     path = tmp_path / "bomb.xlsx"
-    parts = parts_of(path, books["right"])
+    parts = parts_of(BOOKS["right"])
     pack(path, {**parts, "xl/sharedStrings.xml": "<sst>" + "<si><t>a</t></si>" * 4_000_000 + "</sst>"})
     assert verdict(path) == "refused"
     pack(path, {**parts, **{f"xl/media/{n}.xml": "" for n in range(5000)}})
@@ -146,9 +115,9 @@ HOSTILE = {
 
 @pytest.mark.parametrize("kind", HOSTILE)
 @pytest.mark.parametrize("place", ["cell", "far column", "name"])
-def test_formulas_that_reach_out_are_refused(books, tmp_path, kind, place):
+def test_formulas_that_reach_out_are_refused(tmp_path, kind, place):
     path = tmp_path / "hostile.xlsx"
-    parts = parts_of(path, books["right"])
+    parts = parts_of(BOOKS["right"])
     formula = HOSTILE[kind].replace("&", "&amp;").replace(">", "&gt;")
     if place == "name":
         name = f'<definedNames><definedName name="helper">{formula}</definedName></definedNames>'
@@ -162,9 +131,9 @@ def test_formulas_that_reach_out_are_refused(books, tmp_path, kind, place):
     assert verdict(path) == "refused"
 
 
-def test_macros_links_and_queries_are_refused(books, tmp_path):
+def test_macros_links_and_queries_are_refused(tmp_path):
     path = tmp_path / "hostile.xlsx"
-    parts = parts_of(path, books["right"])
+    parts = parts_of(BOOKS["right"])
     for name in (
         "vbaProject.bin",
         "externalLinks/externalLink1.xml",
@@ -176,63 +145,6 @@ def test_macros_links_and_queries_are_refused(books, tmp_path):
 
 
 # Values without formulas.
-
-
-def without_formulas(book, spoil=None):
-    """The book as values; angles as texts such as "54,7356" and "54.7356°"."""
-    values = Values(book).all()
-    if spoil:
-        values[spoil] = values[spoil] + 0.01
-    cells = {key: value if isinstance(value, str) else round(float(value[0]), 6) for key, value in values.items()}
-    return layouts.Book(cells)
-
-
-@pytest.mark.parametrize("text", ["{}", "{}°", "comma"])
-def test_sheets_of_values(books, tmp_path, text):
-    """Lucky values cannot be excluded there: it is said."""
-    path = tmp_path / "values.xlsx"
-    for spoil in (None, *books["right"].truths[-1][0]):
-        book = without_formulas(books["right"], spoil)
-        for key in books["right"].inputs[0][0]:
-            number = str(book.cells[key])
-            if text != "{}":
-                book.cells[key] = number.replace(".", ",") if text == "comma" else text.format(number)
-        save(path, book)
-        assert not any(formula_of(content) for content in book.cells.values())
-        report = check_file(path)
-        if spoil is None:
-            assert report.beside and report.warnings  # matrices are not judged
-        else:
-            assert report.verdict == "wrong" and report.faults[0].cell.split("!")[1] == f"C{spoil[1]}"
-
-
-@pytest.mark.parametrize("wrong", [None, "y_new"])
-def test_numbers_that_only_names_of_the_workbook_tell(tmp_path, wrong):
-    """Without formulas and labels."""
-    angles, point = (20, 70, 50), (3, 4, 5)
-
-    def turn(axis, angle):
-        return Rotation.from_euler(axis, -angle, degrees=True).as_matrix()
-
-    single = {name: turn(axis, a) for name, axis, a in zip(TURNS, "ZXZ", angles, strict=True)}
-    whole = single["gamma"] @ single["beta"] @ single["alpha"]
-    named = {f"angle_{name}": angle for name, angle in zip(TURNS, angles, strict=True)}
-    named |= dict(zip("xyz", point, strict=True)) | single | {"matrix_gamma_beta_alpha": whole}
-    named |= dict(zip(("x_new", "y_new", "z_new"), whole @ point, strict=True))
-    book = openpyxl.Workbook()
-    for number, (name, value) in enumerate(named.items()):
-        numbers, top = np.array(value, dtype=float, ndmin=2), 5 * number + 1
-        numbers[-1, -1] += 0.01 * (name == wrong)
-        size = len(numbers)
-        for row, column in np.ndindex(size, size):
-            book.active.cell(top + row, 2 + column, numbers[row, column])
-        area = f"Sheet!$B${top}" + f":$D${top + 2}" * (size > 1)
-        book.defined_names[name] = DefinedName(name, attr_text=area)
-        if name == wrong:
-            cell = f"Sheet!{'BD'[size > 1]}{top + size - 1}"
-    book.save(tmp_path / "named.xlsx")
-    report = check_file(tmp_path / "named.xlsx")
-    assert report.beside if wrong is None else report.faults[0].cell == cell
 
 
 @pytest.mark.parametrize("written", ["half", "Sheet!half", "'Sheet'!half"])

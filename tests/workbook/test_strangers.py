@@ -20,8 +20,15 @@ from mathpost.workbook import Task, check_file
 from tests.conftest import runs_all
 
 ROOT = Path(__file__).parents[2]
-LINES = (ROOT / "tests/workbook/strangers.jsonl").read_text(encoding="utf-8").splitlines()
-SHEETS = {sheet["name"]: sheet for sheet in map(json.loads, LINES)}
+
+
+def _sheets(name):
+    lines = (ROOT / "tests/workbook" / name).read_text(encoding="utf-8").splitlines()
+    return {sheet["name"]: sheet for sheet in map(json.loads, lines)}
+
+
+SHEETS = _sheets("strangers.jsonl")  # on which rules were made
+FRESH = _sheets("fresh.jsonl")  # and these on which none was: by them it was measured which rules are needed
 # Not judged, or the fault is named elsewhere; never right for wrong, nor wrong for right.
 OPEN = set(
     """

@@ -17,10 +17,10 @@ from mathpost.workbook.meaning.calculation import Calculation, Turn
 from mathpost.workbook.meaning.conversion import find_conversions, find_quaternions
 from mathpost.workbook.meaning.find_planes import find_planes
 from mathpost.workbook.meaning.given import QUATERNION
-from mathpost.workbook.meaning.nc_table import rows_of
 from mathpost.workbook.meaning.rows import rows_alike
 from mathpost.workbook.meaning.texts import FOREIGN, PASSIVE, SAID_ACTIVE, reading
 from mathpost.workbook.meaning.turns import Turns
+from mathpost.workbook.meaning.words import rows_of
 from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.sheet.neighbours import filled
 from mathpost.workbook.sheet.tree import heads
@@ -40,7 +40,7 @@ class Recognised(Turns):
     Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
     be calculations if no other cells used them; the vectors `beside` are none; `doubts` has some reasons.
     `by` says who names the reading: the task, the text, or source 000; it `is_open` if the text names axes and not
-    what is turned, or one that is not understood may say more.
+    what is turned, or one that is not understood may say more; `also` are readings that it allows as well.
     """
 
     def __init__(self, graph: Graph, task: Task) -> None:
@@ -55,7 +55,7 @@ class Recognised(Turns):
         self.steps: list[Calculation] = []
         self.beside = []
         count = len(self.typed & self.turning)
-        self.sequence, self.active, self.by, unsure, self.names = reading(task, self.text, count)
+        self.sequence, self.active, self.by, unsure, self.names, self.also = reading(task, self.text, count)
         said = task.convention or self.active or re.search(f"{PASSIVE}|{SAID_ACTIVE}", self.text, re.I)
         more = self.by == "the text" or bool(re.search(FOREIGN, self.text, re.I))
         self.is_open = self.by != "the task" and not said and more
@@ -79,7 +79,8 @@ class Recognised(Turns):
         elif self.angles:
             self._find_calculations()
         elif not self.planes:
-            self.problems.append("no cell goes into a sine or cosine as an angle")
+            none = "no cell goes into a sine or cosine as an angle" if graph.trees else "there are no formulas"
+            self.problems.append(none)
         self.calculations = [*self.planes, *self.calculations]
         if task.machine is None and not (task.cells or self.planes):
             conversions = [*find_conversions(self)]

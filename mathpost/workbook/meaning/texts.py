@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
 
 from mathpost import euler
 from mathpost.workbook.meaning.label import plain
@@ -71,12 +72,26 @@ TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|(?<!R[·*×]R)ᵀ"
 TRANSPOSED += r"|\bR(?:\^T|\^-1|⁻¹) ?[·*×]? ?\(?p\b(?!['’′])"  # what becomes of the point, not of what became of it
 
 
-def reading(task: Task, text: str, count: int = 3) -> tuple[str, bool, str, list[str], tuple[str, ...]]:
-    """Sequence, whether it is active, and who says so: the task, else the texts of the sheet, else source 000.
+class Reading(NamedTuple):
+    """What the task, else the texts of a sheet, else source 000 say that is asked for; `by` says which.
 
-    The last two results are why that is doubtful, if it is, and the names of the angles in the order of the
-    sequence, if a product of matrices has them; a negated one with its minus. For a sheet with one or two angles,
-    `count`, the texts may name as many axes; the other angles are 0.
+    `doubts` are why that is doubtful; `names` are those of the angles in the order of the sequence, if a product of
+    matrices has them, a negated one with its minus; `also` are other sequences and conventions that the texts may
+    mean, where they have words for both.
+    """
+
+    sequence: str
+    active: bool
+    by: str
+    doubts: list[str]
+    names: tuple[str, ...]
+    also: list[tuple[str, bool]]
+
+
+def reading(task: Task, text: str, count: int = 3) -> Reading:
+    """Return the `Reading` of a task and a text.
+
+    For a sheet with one or two angles, `count`, the texts may name as many axes; the other angles are 0.
     """
     text = "\n".join(line for line in text.splitlines() if not re.search(NOT_ASKED, line, re.I))
     turns = [re.sub(WXYZ, "", line, flags=re.I) for line in text.splitlines() if re.search(TURNS, line, re.I)]
@@ -137,4 +152,9 @@ def reading(task: Task, text: str, count: int = 3) -> tuple[str, bool, str, list
         elif active and by_text == axes[::-1] != axes and not turning:  # active matrices, about fixed axes
             by_text = by_text.lower()
     by = "the task" if by_task else "the text" if by_text else "source 000"
-    return by_task or by_text or "ZXZ", active, by, doubts, () if by_task else names
+    sequence = by_task or by_text or "ZXZ"
+    cases = [sequence, *[sequence.swapcase()] * bool(fixed and turning and not by_task)]
+    may_be_active = re.search(SAID_ACTIVE, text, re.I) and not re.search(DENIED, text, re.I)
+    other = passive or transposed if active else may_be_active
+    ways = [active, *[not active] * bool(other and not task.convention)]
+    return Reading(sequence, active, by, doubts, () if by_task else names, [*product(cases, ways)][1:])

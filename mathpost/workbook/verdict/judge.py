@@ -11,8 +11,8 @@ import numpy as np
 
 from mathpost.detective.digits import written_decimals
 from mathpost.workbook.meaning.calculation import Turn
-from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.plane_angles import Plane
+from mathpost.workbook.meaning.words import Words
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.graph import Graph

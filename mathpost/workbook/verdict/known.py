@@ -14,8 +14,8 @@ from mathpost.rotation import wrap
 from mathpost.workbook.meaning.calculation import SAMPLES, Turn
 from mathpost.workbook.meaning.conversion import Conversion
 from mathpost.workbook.meaning.given import runs
-from mathpost.workbook.meaning.nc_table import Words, made_of_words
 from mathpost.workbook.meaning.plane_angles import Plane
+from mathpost.workbook.meaning.words import Words, made_of_words
 from mathpost.workbook.sheet.edits import INVERSE
 from mathpost.workbook.sheet.place import Line, offset
 from mathpost.workbook.sheet.samples import CLOSE, same

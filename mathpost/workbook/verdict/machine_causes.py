@@ -15,7 +15,7 @@ from mathpost.rotation import unit
 
 if TYPE_CHECKING:
     from mathpost.detective.explanation import Misreading
-    from mathpost.workbook.meaning.nc_table import Words
+    from mathpost.workbook.meaning.words import Words
     from mathpost.workbook.report import Fault
     from mathpost.workbook.sheet.place import Place
 

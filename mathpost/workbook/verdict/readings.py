@@ -6,9 +6,12 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from mathpost import euler
 from mathpost.workbook.meaning.calculation import Calculation, Turn
 from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
+from mathpost.workbook.sheet.samples import same
 
 if TYPE_CHECKING:
     from mathpost.workbook.verdict.judge import Judge
@@ -18,6 +21,9 @@ TO_THE_POINT = (
     r"|auf den punkt|旋转的是点|旋转点"
 )
 RECIPE = r"recipe|method|verfahren|rezept|méthode|方法|transpo|转置|\^ ?T\b|ᵀ|multipl|乘"
+PRODUCT = re.compile(r"= *((?:\w+(?:\([^()]*\))? *(?:ᵀ|\^T)? *[·*×∙⋅] *){2,4})\w")
+FACTOR = re.compile(r"(\w+?(?:\([^()]*\))?) *(ᵀ|\^T)? *[·*×∙⋅]")
+Reading = tuple[str, bool]  # a sequence, and whether it is active
 SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
 
 
@@ -67,26 +73,61 @@ class Readings:
 
     def left_open(self) -> tuple[str, str] | None:
         """The sequence and convention that all results are of, where no text settles it; None if as asked."""
-        if self.judge.met(self.judge.targets) or not (self.found.is_open or self.found.by == "source 000"):
+        if self.judge.met(self.judge.targets) or self._as_the_text_may_mean():
+            return None
+        if not (self.found.is_open or self.found.by == "source 000"):
             return None
         known = (self.found.sequence.upper(),) if self.found.by == "the text" else euler.SEQUENCES
-        reading = self._other(self.judge.live, known[not self.found.is_open :])
+        reading = self._other(self.judge.live, _all_of(known[not self.found.is_open :]))
         as_asked = self.found.sequence, "active" if self.found.active else "passive"
         return None if reading == as_asked else reading
 
     def name_the_convention(self) -> None:
         """Results without a repair that are all of another convention than the task's are faults of that name."""
-        other = self._other(self.judge.unexplained, euler.SEQUENCES) if self.found.by == "the task" else None
+        every = _all_of(euler.SEQUENCES) if self.found.by == "the task" else []
+        other = self._other(self.judge.unexplained, every)
         if other:
             text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
             for calculation in self.judge.unexplained:
                 self.judge.faults.append(self.judge.fault(calculation.results[0], "other convention", text))
             self.judge.unexplained = []
 
-    def _other(self, calculations: Sequence[Calculation], sequences: Iterable[str]) -> tuple[str, str] | None:
-        """The sequence and convention, other than those asked for, that all results are of, or None."""
+    def _as_the_text_may_mean(self) -> bool:
+        """Take the sheet as what it calculates if the text, which has words for both, may mean that."""
+        said = self.found.sequence, "active" if self.found.active else "passive"
+        also = _all_of([self.found.sequence.upper()]) if self._follows_the_text() else self.found.also
+        other = self._other(self.judge.live, also) if also else None
+        if other is None:
+            return False
+        turns = [c for c in self.judge.live if isinstance(c, Turn)]
+        for turn in turns:
+            turn.said = f"right as {' '.join(other)}; the text may mean {' '.join(said)}"
+        self.judge.targets |= {p: t for turn in turns for p, t in turn.targets.items()}
+        self.found.sequence, self.found.active = other[0], other[1] == "active"
+        return True
+
+    def _follows_the_text(self) -> bool:
+        """Whether all results are the product of matrices that a formula in the text names, as x = Dᵀ·Cᵀ·Bᵀ·p."""
+        judge, found = self.judge, self.found
+        if found.task.convention or found.task.sequence:
+            return False
+        windows = {_name(t): w for w in found.windows if len(w) == 9 for t in found.texts(w[0])[:1]}
+        turns = [c for c in judge.live if isinstance(c, Turn) and c.point and not (c.origin or c.shift)]
+        for formula in PRODUCT.finditer(found.text) if turns else ():
+            factors = FACTOR.findall(formula[1])
+            if {_name(name) for name, _ in factors} <= windows.keys():
+                turn = np.eye(3)
+                for name, turned in factors:
+                    matrix = np.moveaxis(judge.block(windows[_name(name)]).reshape(3, 3, -1), -1, 0)
+                    turn = turn @ (np.swapaxes(matrix, 1, 2) if turned else matrix)
+                made = [np.einsum("sij,js->is", turn, judge.block(each.point)) for each in turns]
+                own = [judge.block(each.results[:3]) for each in turns]
+                return len(turns) == len(judge.live) and all(map(same, made, own))
+        return False
+
+    def _other(self, calculations: Sequence[Calculation], readings: Iterable[Reading]) -> tuple[str, str] | None:
+        """The sequence and convention, of some, that all results are of, or None; rotations are left as these."""
         turns = [c for c in calculations if isinstance(c, Turn) and not (c.axis or c.plane)]
-        readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
         for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
             for turn in turns:
                 turn.sequence, turn.active = sequence, active != turn.back
@@ -98,3 +139,13 @@ class Readings:
     def _is_met(self, calculation: Calculation) -> bool:
         self.judge.prepare([calculation])
         return self.judge.met(calculation.targets)
+
+
+def _all_of(sequences: Iterable[str]) -> list[Reading]:
+    """The sequences about turned and about fixed axes, passive and active."""
+    return [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
+
+
+def _name(text: str) -> str:
+    """The name of a matrix without brackets and signs."""
+    return re.sub(r"\W", "", text)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mathpost.workbook.meaning.nc_numbers import judge_numbers
-from mathpost.workbook.meaning.nc_table import Words, on_the_wrong_branch, point_named
+from mathpost.workbook.meaning.typed_words import judge_numbers
+from mathpost.workbook.meaning.words import Words, on_the_wrong_branch, point_named
 from mathpost.workbook.verdict.machine_causes import by_cause, explained, is_of_the_machine
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from mathpost.workbook.meaning.calculation import Turn
-from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.meaning.plane_angles import Plane
+from mathpost.workbook.meaning.words import Words
 from mathpost.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
 from mathpost.workbook.sheet.place import beside
 from mathpost.workbook.sheet.samples import SAMPLES, at_samples, same

@@ -19,9 +19,8 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import unit, wrap
 from mathpost.workbook.meaning.calculation import Calculation, look, nearest
-from mathpost.workbook.meaning.nc_columns import Table, find_tables
-from mathpost.workbook.meaning.nc_positions import Positions
-from mathpost.workbook.meaning.nc_roles import CLOSE, ENOUGH_OF_ONE_ROW
+from mathpost.workbook.meaning.headings import CLOSE
+from mathpost.workbook.meaning.machine_table import Table, find_tables
 from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.place import Line
 from mathpost.workbook.sheet.samples import SAMPLES
@@ -136,8 +135,6 @@ def rows_of(
 ) -> tuple[list[Words], list[str]]:
     """Return the rows of the tables as `Words`, and the ranges that look like a table and are not understood.
 
-    Words outside rows and columns are found by their formulas; `found` knows which numbers are typed.
-
     `cells` says where the columns are, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
     Raise `InputError` if there is no table, or the machine has one rotary axis.
     """
@@ -152,11 +149,9 @@ def rows_of(
         tables = [Table(list(zip(*blocks, strict=False)), (1.0, 1.0))]
     else:
         tables, left = find_tables(graph, kinematics)
-        tables = tables or Positions(found, kinematics).find()
-        tables, left = (tables, left) if tables else find_tables(graph, kinematics, [ENOUGH_OF_ONE_ROW])
     if not tables:
         names = " ".join(kinematics.machine.joint_names)
-        expected = f"a table of tip, tool axis and words, by its numbers or headings x y z i j k {names}"
+        expected = f"a table with the headings x y z i j k {names}, or --cells tip=A2:C6,axis=D2:F6,joints=G2:K6"
         raise InputError(str(graph.book.path), expected, "none")
     rows = []
     for n, table in enumerate(tables):

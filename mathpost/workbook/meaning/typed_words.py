@@ -12,10 +12,10 @@ from openpyxl.utils import get_column_letter
 from mathpost.detective.digits import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.workbook.meaning.calculation import nearest
-from mathpost.workbook.meaning.nc_table import ROUNDED, UNIT_LENGTH
+from mathpost.workbook.meaning.words import ROUNDED, UNIT_LENGTH
 
 if TYPE_CHECKING:
-    from mathpost.workbook.meaning.nc_table import Words
+    from mathpost.workbook.meaning.words import Words
     from mathpost.workbook.sheet.place import Place
 
 FLIP = 60.0  # degrees between two rows that are worth a look
