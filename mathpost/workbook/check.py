@@ -218,12 +218,13 @@ def _ready_cells(graph: Graph, turning: Collection[Place] = ()) -> str:
     threes = (line for line in along.values() if len(line) == 3)
     lines = sorted(threes, key=lambda line: graph.reading_order(line[0]))
     given = [line for line in lines if graph.trees.keys().isdisjoint(line)]
-    angles = next((line for line in given if set(line) & set(turning)), given[0] if given else None)
+    angles = next((line for line in given if set(line) & set(turning)), None)
     point = next((line for line in given if line != angles), None)
-    result = next((line for line in lines[::-1] if line not in (angles, point)), None)
+    result = next((line for line in lines[::-1] if graph.trees.keys() >= {*line}), None)
     named = {"angles": angles, "point": point, "result": result}
-    text = ",".join(f"{name}={graph.range(line) if line else 'A1:A3'}" for name, line in named.items())
-    return f"no result recognised; say where it is: --cells {text!r}, --task FILE or KIND"
+    said = ",".join(f"{name}={graph.range(line)}" for name, line in named.items() if line)
+    where = f"--cells {said!r}" if all(named.values()) else "--cells angles=…,point=…,result=…"
+    return f"no result recognised; say where it is: {where}, --task FILE or KIND"
 
 
 def _lucky_references(graph: Graph, judge: Judge) -> Iterator[str]:

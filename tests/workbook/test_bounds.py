@@ -95,7 +95,8 @@ def test_one_bad_file_never_ends_the_check_of_a_folder(tmp_path, monkeypatch):
 
     monkeypatch.setattr(room.folder, "check_file", fails)
     summary = check_folder(tmp_path)
-    assert [row[1] for row in summary.rows] == ["right", "not read", "right", "not read"] and summary.status == 2
+    assert [row[1] for row in summary.rows] == ["right", "unclear", "right", "not read"] and summary.status == 2
+    assert "internal error, please report: RecursionError" in summary.rows[1][-1]
 
 
 def test_many_cells_that_depend_on_themselves(tmp_path, monkeypatch):

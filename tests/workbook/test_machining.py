@@ -40,13 +40,7 @@ def on_two_sheets(n, k):
     return ("CL", n + 2, k + 1) if k < 6 else ("NC", n + 4, k - 4)
 
 
-def in_panels(n, k):
-    return "S", 9 * n + 2 + k % 3, 3 + 3 * (k // 3)
-
-
 LAYOUTS = {
-    "panels": ("dmu50v", in_panels, "xyzijk", "{}", 1),
-    "no headings": ("ac_table", in_rows, "", "{}", 1),
     "points in columns": ("bc_table", in_columns, "xyzijk", "{}", 1),
     "blank columns": ("head_b_table_c", with_gaps, "xyzijk", "{}", 1),
     "from right to left": ("ac_head", words_first, "xyzijk", "{}", 1),
@@ -66,15 +60,8 @@ def table(layout):
     cl = forward(name, rng.uniform(-40, 40, (3, ROWS)), turns)
     cl[3:] *= length
     names = [*angles, *helpers, *words]
-    cells, rows = {}, []
-    if place is in_panels:
-        texts = [*headings, *names]
-        left = [(n, k, *place(n, k)) for n in range(ROWS) for k in range(len(texts))]
-        cells = {(sheet, row, column - 1): texts[k] for n, k, sheet, row, column in left}
-    elif headings:
-        heading = place(-1, 0), place(-1, 6)
-        cells = {place(-1, k): text for k, text in enumerate([*headings, *names])}
-        assert all(each in cells for each in heading)
+    rows = []
+    cells = {place(-1, k): text for k, text in enumerate([*headings, *names])}
     for n in range(ROWS):
         found = {place(n, k): round(float(cl[k, n]), 5) for k in range(6)}
         refs = {letter: address(place(n, k)) for k, letter in enumerate("xyzijk")}
@@ -107,23 +94,6 @@ def test_a_table_in_any_layout(layout, tmp_path):
     assert (report.verdict, report.faults[0].cell) == ("wrong", address(place))
 
 
-def test_positions_without_labels_and_a_word_that_is_none(tmp_path):
-    cells, rows, task = table("panels")
-    cells = {p: cell for p, cell in cells.items() if str(cell)[0] == "=" or not isinstance(cell, str)}
-    assert checked(tmp_path / "right.xlsx", cells, task).verdict == "right"
-    for word in "XYZ":  # the third one is told by where the others stand
-        place = rows[1][word]
-        report = checked(tmp_path / "wrong.xlsx", cells | {place: f"{cells[place]}+0.75"}, task)
-        assert report.verdict != "right" and {fault.cell for fault in report.faults} <= {address(place)}
-    cells, rows, task = table("panels")
-    for place, slip in {
-        rows[1]["B"]: ("DEGREES", ""),
-        rows[2]["Z"]: (cells[rows[2]["Z"]], cells[rows[2]["Y"]]),
-    }.items():
-        report = checked(tmp_path / "wrong.xlsx", cells | {place: cells[place].replace(*slip)}, task)
-        assert (report.verdict, report.faults[0].cell) == ("wrong", address(place)), str(report)
-
-
 def numbers(cells, form):
     """The table as numbers, written by `form`."""
     values = Values(Book(cells)).all()
@@ -133,7 +103,7 @@ def numbers(cells, form):
 @pytest.mark.parametrize(
     "form", [lambda v: round(v, 3), lambda v: float(f"{v:.6g}"), lambda v: float(np.float32(v)), lambda v: v]
 )
-@pytest.mark.parametrize("layout", ["no headings", "points in columns", "two sheets"])
+@pytest.mark.parametrize("layout", ["points in columns", "two sheets"])
 def test_a_table_of_numbers(layout, form, tmp_path):
     cells, rows, task = table(layout)
     cells = numbers(cells, form)
@@ -144,7 +114,7 @@ def test_a_table_of_numbers(layout, form, tmp_path):
     assert [fault.cell for fault in report.faults] == [address(rows[3]["Y"])]
 
 
-@pytest.mark.parametrize("layout", ["rounded", "points in columns", "no headings"])
+@pytest.mark.parametrize("layout", ["rounded", "points in columns"])
 def test_rotary_words_alone(layout, tmp_path):
     cells, rows, task = table(layout)
     place = LAYOUTS[layout][1]
@@ -207,21 +177,10 @@ def test_at_the_pole_any_angle_is_right_but_there_must_be_one(tmp_path):
 
 
 def test_a_tool_axis_that_is_no_unit_vector_is_warned_of(tmp_path):
-    cells, _, task = table("no headings")
+    cells, _, task = table("rounded")
     cells["S", 5, 7] += 0.01
     report = checked(tmp_path / "sheet.xlsx", cells, task)
     assert any("no unit vector in row 5" in text for text in report.warnings)
-
-
-def test_words_taken_over_under_the_wrong_heading(tmp_path):
-    cells, rows, task = table("no headings")
-    for k, word in enumerate("XYZAC"):
-        cells["NC", 1, k + 1] = word
-        cells |= {("NC", n + 2, k + 1): f"=ROUND({address(row[word])},3)" for n, row in enumerate(rows)}
-    assert checked(tmp_path / "right.xlsx", cells, task).verdict == "right"
-    for n in range(2, ROWS + 2):
-        cells["NC", n, 1], cells["NC", n, 2] = cells["NC", n, 2], cells["NC", n, 1]
-    assert checked(tmp_path / "wrong.xlsx", cells, task).verdict != "right"
 
 
 def test_rows_that_are_no_rows_of_the_table_are_said(tmp_path):
@@ -317,20 +276,6 @@ def rotation_in_numbers(points):
         cells |= {("S", 4 + n, 6 + c): point[c] for c in range(3)}
         cells |= {("S", 4 + n, 10 + c): float(after[c]) for c in range(3)}
     return cells
-
-
-def test_every_point_of_a_list_is_looked_at(tmp_path):
-    cells = rotation_in_numbers([(12.5, -7.25, 40), (1, 2, 3.5), (-3, 8, 2.5)])
-    without = checked(tmp_path / "without.xlsx", cells)
-    assert without.verdict == "unclear" and not without.beside
-    cells |= {("S", 3, 6 + c): letter for c, letter in enumerate("xyz")}
-    cells |= {("S", 3, 10 + c): f"{letter}'" for c, letter in enumerate("xyz")}
-    assert checked(tmp_path / "right.xlsx", cells).beside  # the matrices are not judged
-    for place in (("S", 6, 11), ("S", 5, 10)):
-        report = checked(tmp_path / "wrong.xlsx", {**cells, place: -cells[place]})
-        assert [fault.cell for fault in report.faults] == [address(place)]
-    lost = {("S", 5, 10 + c): cells["S", 5, 10 + c] + c + 1 for c in range(3)}
-    assert checked(tmp_path / "lost.xlsx", {**cells, **lost}).verdict != "right"
 
 
 # Points turned by the angles of a tilted plane.
@@ -531,7 +476,7 @@ def test_tip_and_linear_words_under_each_others_headings_are_wrong(group, tmp_pa
 
 
 def test_a_machine_with_one_rotary_axis_is_refused_in_a_sentence(tmp_path):
-    cells, _, _ = table("no headings")
+    cells, _, _ = table("rounded")
     path = tmp_path / "sheet.xlsx"
     save(path, Book(cells), Values(Book(cells)).all())
     with pytest.raises(InputError, match="machine: expected a machine with two rotary axes.*Dividing head"):

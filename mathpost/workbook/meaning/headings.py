@@ -149,28 +149,19 @@ class Headed:
         return [*orders]
 
     def _pool(self, part: str, letter: str) -> list[int]:
-        """The columns that a heading may name in a table with formulas: a letter alone first, of words the last."""
+        """The columns that a heading may name in a table with formulas: a letter alone, the last first."""
         columns, of_words = self.columns, part in ("linear", "rotary")
         found = [n for n, c in enumerate(columns) if letter in c.letters and not (of_words and c.typed)]
         found = found if of_words else [n for n in found if columns[n].typed] or found
-        for is_better in (
-            lambda n: columns[n].letters[letter] == PLAIN,
-            lambda n: columns[n].said == part,
-            lambda n: columns[n].said not in SAID,
-        ):
-            found = [n for n in found if is_better(n)] or found
-        used = {
-            p
-            for n in found
-            if of_words
-            for p in self.graph.upstream(columns[n].places[:1]) - {columns[n].places[0]}
-        }
-        return [n for n in found if columns[n].places[0] not in used] or found
+        found = [n for n in found if columns[n].letters[letter] == PLAIN] or found
+        first = {n: columns[n].places[0] for n in found}
+        used = {p for n in found if of_words for p in self.graph.upstream([first[n]]) - {first[n]}}
+        return sorted(found, key=lambda n: (first[n] in used, columns[n].said != part, columns[n].said in SAID))
 
     def _order(self, orders: list[Order]) -> Order:
         right = self._right(np.array(orders))
         if right.max() >= 0.5:
-            return orders[int(right.argmax())]
+            return orders[int(np.argmax(right >= 0.5))]
         for order in orders[:2]:
             others = np.array(order)[self._exchanges()]
             right = self._right(others, order)
@@ -180,7 +171,8 @@ class Headed:
                 if self.graph.upstream(first).isdisjoint(words):
                     self._exchange(order, other)
                     return other
-        return orders[0]
+        has_formulas = any(not column.typed for column in self.columns)
+        return orders[0] if len(orders) == 1 or not has_formulas else ()  # no number tells which columns are meant
 
     def _exchanges(self) -> np.ndarray:
         """Orders of the headings: two exchanged, three of a part in another order, two parts, or the words."""

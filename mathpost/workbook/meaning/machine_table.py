@@ -57,12 +57,14 @@ def find_tables(graph: Graph, kinematics: Kinematics) -> tuple[list[Table], list
     for along in (1, 2):  # points in rows, points in columns
         blocks, left = _blocks(graph, along)
         tables, other = [], []
-        for block in blocks:
-            mates = [b for b in blocks if b is not block and len(b[0].places) == len(block[0].places)]
-            tried = [(block, False), *((mate + block, False) for mate in mates), (block, True)]  # on two sheets
-            named = next(filter(None, (Headed(graph, *each, kinematics) for each in tried)), None)
-            table = _table(graph, named) if named else None
-            tables += [table] if table and all(table.rows != other.rows for other in tables) else []
+        named = [_named(graph, kinematics, block) for block in blocks]
+        apart = [block for block, headed in zip(blocks, named, strict=True) if not headed]
+        for block, own in zip(blocks, named, strict=True):
+            mates = [b for b in apart if b is not block and len(b[0].places) == len(block[0].places)]
+            tried = (_named(graph, kinematics, mate + block) for mate in mates) if not own else ()  # on two sheets
+            headed = own or next(filter(None, tried), None) or Headed(graph, block, True, kinematics)
+            table = _table(graph, headed) if headed else None
+            tables += [table] if table and all(table.rows != each.rows for each in tables) else []
             other += [] if table else [block]
         if tables:
             judged = graph.upstream(p for table in tables for *_, words in table.rows for p in words)
@@ -70,6 +72,10 @@ def find_tables(graph: Graph, kinematics: Kinematics) -> tuple[list[Table], list
             left += [(b[0].places[0], b[-1].places[-1]) for b in other if _has_numbers(graph, b)]
             return tables, [graph.range(ends) for ends in (*left, *(ends for t in tables for ends in t.left))]
     return [], []
+
+
+def _named(graph: Graph, kinematics: Kinematics, columns: list[Column]) -> Headed:
+    return Headed(graph, columns, False, kinematics)
 
 
 def _has_numbers(graph: Graph, block: Sequence[Column]) -> bool:

@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from mathpost import euler
 from mathpost.workbook.meaning.calculation import Calculation, Turn
 from mathpost.workbook.meaning.conversion import find_conversions, find_quaternions
@@ -55,7 +53,8 @@ class Recognised(Turns):
         self.steps: list[Calculation] = []
         self.beside = []
         count = len(self.typed & self.turning)
-        self.sequence, self.active, self.by, unsure, self.names, self.also = reading(task, self.text, count)
+        said = reading(task, self.text, count)
+        self.sequence, self.active, self.by, unsure, self.names, self.also, self.axes = said
         said = task.convention or self.active or re.search(f"{PASSIVE}|{SAID_ACTIVE}", self.text, re.I)
         more = self.by == "the text" or bool(re.search(FOREIGN, self.text, re.I))
         self.is_open = self.by != "the task" and not said and more
@@ -102,10 +101,8 @@ class Recognised(Turns):
         self.windows = [w for w in self.windows if len(self.vectors.intersection(inner[w])) < 3]
         finals = self._final_vectors()
         used = {p for t in finals for p in self.graph.upstream(t) - set(t)}
-        before = self._frames_before(finals)
         for triple in finals:
-            on_the_way = used.issuperset(triple) and triple not in before.values()
-            self._add_turn(triple, self.steps if on_the_way else self.calculations, before.get(triple, ()))
+            self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
         if not (self.calculations or self.doubts):
             self._take_matrices()
         rows_alike(self)
@@ -120,7 +117,7 @@ class Recognised(Turns):
         for triple in finals:
             up = self.graph.upstream(triple)
             parts = dict.fromkeys(t for t in [of[p] for p in self.sorted(up & of.keys())] if t in kept)
-            if self._is_combined(triple, up, parts) or self._is_undone(triple, up, parts):
+            if self._is_combined(triple, up, parts):
                 del kept[triple]
                 self.beside.append(triple)
         return [*kept]
@@ -143,7 +140,6 @@ class Recognised(Turns):
         own = [each - common - self.unmoved.get(p, set()) for p, each in zip(triple, lengths, strict=True)]
         of_rows = all(own) and not any(a & b for a, b in combinations(own, 2))
         turned &= not (of_rows and all(filled(graph, triple[0], p) == graph.tree(p) for p in triple[1:]))
-        turned &= not self._is_one_coordinate(triple)
         of_signs = all(t[0] == "area" or (t[0] == "minus" and t[1][0] == "area") for t in trees)
         mirrored = {t[0] for t in trees} == {"minus", "area"} or re.search(MIRRORED, self.heading(triple), re.I)
         of_signs &= bool(mirrored)  # a mirrored copy, or one that has lost its minus
@@ -165,20 +161,6 @@ class Recognised(Turns):
             elif len(own) == most > 0 and (angles := self.three(own)):
                 self._tell(Turn(window, self.by_name(angles)), self.calculations)
 
-    def _frames_before(self, finals: list[Line]) -> dict[Line, Line]:
-        """Vector → the vector that is its point, where one frame follows another: three angles more turn it."""
-        graph, of = self.graph, {p: t for t in finals for p in t}
-        found: dict[Line, Line | None] = {}
-        turned_by = {t: self.angles & graph.upstream(t) for t in finals}
-        for last in (t for t in finals if len(turned_by[t]) > 5):
-            up = graph.upstream(last)
-            earlier = {of[p] for p in up & of.keys()} - {last}
-            for before in sorted(earlier, key=lambda t: graph.calculation_order(t[0])):
-                more = self.angles & graph.upstream(last, before)
-                if len(more) == 3 and len(turned_by[before]) > 2 and more.isdisjoint(turned_by[before]):
-                    found[last] = before if up.issuperset(before) else found.get(last)
-        return {last: before for last, before in found.items() if before}
-
     def _is_combined(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
         """Whether a vector is made of several that go back to different points, or angles, as a mean is."""
         own = {s for p in triple for s in self.depends.get(p, ())}
@@ -189,16 +171,3 @@ class Recognised(Turns):
         ]  # not of the terms with x, with y and with z
         pairs = ((a & kind, b & kind) for a, b in combinations(given, 2) for kind in (self.lengths, self.angles))
         return any(a - b and b - a for a, b in pairs)
-
-    def _is_one_coordinate(self, triple: Line) -> bool:
-        """Whether some cells are multiples of one: their slopes in the lengths are, with angles that are not 0."""
-        lengths = self._of(triple, self.lengths)
-        slopes = np.array([[self.turned.get(p, {}).get(s, 0.0) for s in lengths] for p in triple])
-        if not np.isfinite(slopes).all():
-            return False
-        return bool(np.count_nonzero(np.abs(slopes[0]) > SMALL) > 1 and np.linalg.matrix_rank(slopes, SMALL) == 1)
-
-    def _is_undone(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
-        """Whether a vector is made of one that more angles turn: some of them are turned back."""
-        angles = self.turned_by(triple)
-        return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)

@@ -86,6 +86,7 @@ class Reading(NamedTuple):
     doubts: list[str]
     names: tuple[str, ...]
     also: list[tuple[str, bool]]
+    axes: str  # "turned" or "fixed" if words say one of the two
 
 
 def reading(task: Task, text: str, count: int = 3) -> Reading:
@@ -154,7 +155,8 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
     by = "the task" if by_task else "the text" if by_text else "source 000"
     sequence = by_task or by_text or "ZXZ"
     cases = [sequence, *[sequence.swapcase()] * bool(fixed and turning and not by_task)]
+    axes = "turned" * bool(turning and not fixed) or "fixed" * bool(fixed and not turning)
     may_be_active = re.search(SAID_ACTIVE, text, re.I) and not re.search(DENIED, text, re.I)
     other = passive or transposed if active else may_be_active
     ways = [active, *[not active] * bool(other and not task.convention)]
-    return Reading(sequence, active, by, doubts, () if by_task else names, [*product(cases, ways)][1:])
+    return Reading(sequence, active, by, doubts, () if by_task else names, [*product(cases, ways)][1:], axes)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
-from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,18 +39,13 @@ class Turns(Names):
     beside: list[Line]
     doubts: dict[Line, str]
 
-    def _add_turn(self, triple: Line, calculations: list[Calculation], before: Line = ()) -> None:
+    def _add_turn(self, triple: Line, calculations: list[Calculation]) -> None:
         triple = self.as_named(triple)
         angles = self._of(triple, self.angles)
-        if before:
-            angles = self.sorted(self.angles & self.graph.upstream(triple, before))
         plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
         back = bool(re.search(INVERSE, self.text, re.I))
         shift = self._shift(triple, back or plane)
-        point, origin, others = self._moved(triple, shift, before)
-        if origin and self._names_an_origin(point, origin):
-            point, origin = origin, point
-        origin = origin or self._origin_left_out(point)
+        point, origin, others = self._moved(triple, shift)
         if axis := self._quaternion_of(angles, triple[0]):
             self._tell(Turn(triple, (), point, origin, axis=axis, shift=shift), calculations)
             return
@@ -73,7 +67,7 @@ class Turns(Names):
             self._tell(turn, calculations, plane)
             return
         chosen = self._varied(angles, triple) or self.three(angles) or self.three(self.sorted(self.angles))
-        if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4 and not before:
+        if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4:
             chosen = None  # turned more than once, and not by a vector in between
         if chosen is None or not point:
             what = "three angles" if chosen is None else "a point"
@@ -107,12 +101,12 @@ class Turns(Names):
 
     # Point and origin.
 
-    def _moved(self, triple: Line, shift: Line, before: Line) -> tuple[Line, Line, list[Line]]:
-        """The point, or the vector `before`, and the origin of a vector, and other triples of its lengths.
+    def _moved(self, triple: Line, shift: Line) -> tuple[Line, Line, list[Line]]:
+        """The point and the origin of a vector, and other triples of its lengths.
 
         With all angles at zero a vector is the point minus the origin, whatever formulas compute it.
         """
-        row, up = triple[0][:2], self.graph.upstream(triple, before)
+        row, up = triple[0][:2], self.graph.upstream(triple)
         slopes = [{s: slope for s, slope in self.unturned.get(p, {}).items() if s in up} for p in triple[:3]]
         for step in (t for t in self.beside if up.issuperset(t) and not any(slopes)):  # no number, by a slip
             slopes = [self.unturned.get(p, {}) for p in step[:3]]
@@ -140,7 +134,7 @@ class Turns(Names):
             plus = means or plus
         made = self._made_by_formulas(triple)
         mirrored = made if {self.graph.tree(p)[0] for p in made} == {"minus", "area"} else ()
-        may = before, mirrored, *plus[::-1], *used, made, *lines
+        may = mirrored, *plus[::-1], *used, made, *lines
         point = self._as_labelled(next(filter(None, may), ()))
         # In 4×4 an origin that moves nothing is in a matrix that is transposed by mistake.
         minus += [line for line in used if len(triple) == 4 and not any(map(set(line).intersection, slopes))]
@@ -166,26 +160,6 @@ class Turns(Names):
             if self.typed.issuperset(moved) and [*map(self.coordinate, moved)] == [(0,), (1,), (2,)]:
                 return moved
         return point
-
-    def _origin_left_out(self, point: Line) -> Line:
-        """The origin, by its name, in the differences with a point that no formula uses; empty if there is none."""
-        graph = self.graph
-        unused = [
-            [u for u in graph.used.get(p, ()) if u not in graph.used and graph.trees[u][0] == "-"] for p in point
-        ]
-        for users in product(*unused):
-            origin = tuple(s for u, p in zip(users, point, strict=True) for s in graph.uses[u] if s != p)
-            is_given = len({*users}) == len({*origin}) == len(origin) == 3 and self.typed.issuperset(origin)
-            if is_given and any(self.is_named(each, ORIGIN) for each in (origin, users)):
-                return origin
-        return ()
-
-    def _names_an_origin(self, line: Line, other: Line) -> bool:
-        """Whether it is the first of two points that a label says to be the origin."""
-        one, two = self.label(line[0]), self.label(other[0])
-        is_said = [self.is_named(each, f"{ORIGIN}|{CENTRE}") for each in (line, other)]
-        zero = re.fullmatch(r"\W*[xyz]_?0\b.*", one, re.I) and re.fullmatch(r"\W*[xyz]\b[^'’′]*", two, re.I)
-        return is_said == [True, False] or bool(zero)
 
     def _is_still(self, line: Line, triple: Line) -> bool:
         """Whether lengths move no vector where nothing is turned, as those of an axis or centre; but for a slip."""

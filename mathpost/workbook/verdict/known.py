@@ -13,7 +13,6 @@ from mathpost import euler
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.calculation import SAMPLES, Turn
 from mathpost.workbook.meaning.conversion import Conversion
-from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.meaning.words import Words, made_of_words
 from mathpost.workbook.sheet.edits import INVERSE
@@ -55,7 +54,7 @@ class Known:
 
     def _known_vectors(self) -> tuple[np.ndarray, np.ndarray]:
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
-        graph, judge, axes, found = self.graph, self.judge, [], self._in_planes()
+        graph, judge, axes, found = self.graph, self.judge, [], []
         lists: dict[tuple[int, int], dict[Line, np.ndarray]] = {}
         everywhere: dict[int, dict[Line, np.ndarray]] = {}
         found += [vector for c in judge.live if isinstance(c, Plane) for vector in c.known[3]]
@@ -103,17 +102,6 @@ class Known:
         planes = [c for c in judge.live if isinstance(c, Plane)]
         whole += [judge.block(p) for c in planes for p in (c.x, c.y, c.z, c.corner) if p]  # as of its origin
         return np.array(found).reshape(-1, 3, SAMPLES), np.array(whole).reshape(-1, 3, SAMPLES)
-
-    def _in_planes(self) -> list[np.ndarray]:
-        """Points in the frame of a plane, from any other point: of sheets that turn them without the angles."""
-        found, judge = [], self.judge
-        for plane in (c for c in judge.live if isinstance(c, Plane) and c.frame is not None):
-            lines = [line for line in runs(self.found.lengths.difference(plane.given)) if len(line) == 3][:MOST]
-            points, frame = [judge.block(line) for line in lines], np.asarray(plane.frame)
-            origins = [np.zeros((3, 1)), *points, *(judge.block(p) for p in [plane.corner] if p)]
-            for point, origin in product(points, origins):
-                found.append(np.einsum("sji,js->is", frame, point - origin))
-        return found
 
     def _expected(self, results: Line) -> Iterator[Line]:
         """Numbers in threes with which a result may be compared: apart, or where a difference is made."""

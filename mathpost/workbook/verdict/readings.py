@@ -78,7 +78,10 @@ class Readings:
         if not (self.found.is_open or self.found.by == "source 000"):
             return None
         known = (self.found.sequence.upper(),) if self.found.by == "the text" else euler.SEQUENCES
-        reading = self._other(self.judge.live, _all_of(known[not self.found.is_open :]))
+        every = _all_of(known[not self.found.is_open :])
+        axes = {True: "turned", False: "fixed"}
+        every = [each for each in every if self.found.axes in ("", axes[each[0].isupper()])]
+        reading = self._other(self.judge.live, every)
         as_asked = self.found.sequence, "active" if self.found.active else "passive"
         return None if reading == as_asked else reading
 
