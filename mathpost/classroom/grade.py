@@ -238,7 +238,7 @@ def _student(
         except InputError as error:
             result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
         except TooLarge as error:
-            result.trouble.append((path.name, f"unclear: too large ({error})"))
+            result.trouble.append((path.name, f"not judged: too large ({error})"))
         except OSError as error:
             result.trouble.append((path.name, error.strerror or str(error)))
         except Exception as error:  # whatever it is: the others are still judged

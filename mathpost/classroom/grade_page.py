@@ -19,6 +19,7 @@ from mathpost.course.exercise import MARKS
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, Verdict, toml
 from mathpost.files import csv_text, read_text
 from mathpost.workbook.folder import CHINESE as CAUSES
+from mathpost.workbook.report import UNCLEAR
 
 if TYPE_CHECKING:
     from mathpost.classroom.grade import Class, Result
@@ -88,7 +89,7 @@ def to_html(graded: Class, language: str = "en") -> str:
 def _mark(graded: Class, result: Result) -> str:
     """The mark in whole per cent, with a question mark if a file could not be read or judged."""
     mark = graded.mark(result)
-    doubt = result.trouble or any(book.verdict == "unclear" for book in result.workbooks)
+    doubt = result.trouble or any(book.verdict == UNCLEAR for book in result.workbooks)
     return "" if mark is None else f"{mark:.0f}{' ?' if doubt else ''}"
 
 
@@ -106,7 +107,7 @@ def _attention(graded: Class, language: str) -> Iterator[tuple[str, str, str, st
         for name, status in result.unknown.items():
             yield result.name, name, "not judged: the exercise is not defined here", say(language, status)
         for book in result.workbooks:
-            if book.verdict == "unclear" and not book.why:
+            if book.verdict == UNCLEAR and not book.why:
                 yield result.name, book.name, "workbook not judged to the end", f"{book.checked}/{book.total}"
 
 

@@ -55,7 +55,7 @@ class Workbook:
     """The record of a workbook's check."""
 
     name: str
-    verdict: str  # "right", "wrong", "unclear" or "not read"
+    verdict: str  # "right", "wrong", "not judged" or "not read"
     checked: int = 0
     total: int = 0
     cell: str = ""  # the first wrong one
@@ -126,7 +126,7 @@ def workbook(path: Path, reference: Reference | None = None) -> Workbook:
         return Workbook(path.name, DAMAGED, why=f"expected {error.expected}, found {error.found}")
     written = sorted((place, repr(cell.formula or cell.number)) for place, cell in cells.items())
     first = [(fault.cell, fault.cause, fault.message) for fault in report.faults[:1]] or [("", "", "")]
-    why = f"unclear: {report.seen[0].partition(': ')[2]}" if _too_large(report) else ""
+    why = report.seen[0] if _too_large(report) else ""
     content = digest(json.dumps(written)) if written else ""
     return Workbook(path.name, report.verdict, report.checked, report.total, *first[0], why, content)
 

@@ -38,7 +38,7 @@ HEADS = {
     "en": ("file", "verdict", "checked", "first wrong cell", "cause", "why"),
     "zh": ("文件", "结论", "已检查", "第一个错误单元格", "原因", "说明"),
 }
-IN_CHINESE = """right=正确 wrong=错误 unclear=未能判定 not_read=无法读取 wrong_reference=引用错误 missing_$=缺少$
+IN_CHINESE = """right=正确 wrong=错误 not_judged=未能判定 not_read=无法读取 wrong_reference=引用错误 missing_$=缺少$
 typed_over_formula=公式被数字覆盖 degrees_for_radians=角度未化为弧度 radians_for_degrees=弧度误作角度
 atan2_order=ATAN2参数顺序 atan_for_atan2=应为ATAN2 sign=符号 transposed=转置 order_of_product=矩阵乘积顺序
 sin_and_cos_exchanged=正弦余弦互换 rounded_early=过早取整 missing_term=缺少一项 wrong_angle=角度用错 branch=另一分支
@@ -176,7 +176,7 @@ def row_of(report: FileReport) -> tuple[str, str, str, str, str]:
     first = report.faults[0] if report.faults else None
     why = first.message if first else "; ".join(report.seen[: report.verdict == UNCLEAR])
     if report.not_checked:
-        why += f" (not checked: {', '.join(report.not_checked[:4])}{', …' * (len(report.not_checked) > 4)})"
+        why += f" (not judged: {', '.join(report.not_checked[:4])}{', …' * (len(report.not_checked) > 4)})"
     found = (first.cell, first.cause) if first else ("", "")
     return report.verdict, f"{report.checked} of {report.total}", *found, why.strip()
 

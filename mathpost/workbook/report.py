@@ -11,7 +11,7 @@ from typing import Any
 from mathpost.errors import one_line
 from mathpost.workbook.sheet.place import Place
 
-RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "unclear"
+RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "not judged"
 TOO_LARGE = "not judged: too large"
 # A spreadsheet's green, red and amber; what was not judged is grey.
 STATUS_COLOUR = {RIGHT: "#c6efce", WRONG: "#ffc7ce", CONSEQUENCE: "#ffeb9c", UNCLEAR: "#d9d9d9"}
@@ -19,7 +19,7 @@ STATUS_COLOUR = {RIGHT: "#c6efce", WRONG: "#ffc7ce", CONSEQUENCE: "#ffeb9c", UNC
 
 @dataclass(frozen=True)
 class Judgement:
-    """One cell: address, ``"right"``, ``"wrong"``, ``"consequence"`` or ``"unclear"``, and its contents."""
+    """One cell: address, ``"right"``, ``"wrong"``, ``"consequence"`` or ``"not judged"``, and its contents."""
 
     cell: str
     place: Place
@@ -48,7 +48,7 @@ class FileReport:
     ----------
     verdict : str
         ``"right"`` only if everything that follows from the inputs was judged and is right; ``"wrong"``;
-        ``"unclear"`` if something could not be read or judged.
+        ``"not judged"`` if something could not be read or judged.
     faults : list of `Fault`
         The first one first.
     cells : list of `Judgement`
@@ -58,7 +58,7 @@ class FileReport:
     seen, warnings : list of str
         What was recognised, with addresses; what deserves a look.
     beside : bool
-        Whether all results are right, and only cells beside them are not checked.
+        Whether all results are right, and only cells beside them are not judged.
     explain : callable or None
         ``explain("B5")`` returns lines on the rule that judged a cell, and the values that it used; None where
         the workbook is too large.
@@ -93,7 +93,7 @@ class FileReport:
         follow = sum(cell.status == CONSEQUENCE for cell in self.cells)
         lines += [f"{follow} cells follow from that"] * bool(follow and self.faults)
         some = self.not_checked[:12] + ["…"] * (len(self.not_checked) > 12)
-        said = "results right; not judged" if self.beside else "not checked"
+        said = "results right; not judged" if self.beside else "not judged"
         lines += [f"{said}: {', '.join(some)}"] * bool(some)
         lines += [f"seen: {text}" for text in self.seen[:8]]
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings[:8])])

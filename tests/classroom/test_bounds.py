@@ -50,7 +50,7 @@ def test_a_notebook_that_is_too_large_is_unclear_with_the_figure(figure, tmp_pat
     write(tmp_path / "eve" / "a.ipynb", LARGE[figure]())
     write(tmp_path / "ada" / "a.ipynb", notebook(solved(["01-sign"])))
     found = by_name(grade(tmp_path))
-    assert found["eve"].trouble == [("a.ipynb", f"unclear: too large ({figure})")] and not found["eve"].verdicts
+    assert found["eve"].trouble == [("a.ipynb", f"not judged: too large ({figure})")] and not found["eve"].verdicts
     assert found["ada"].status("01-sign") == RIGHT and not found["ada"].trouble
 
 
@@ -61,7 +61,7 @@ def test_many_notebooks_of_a_student_are_counted_together(tmp_path, monkeypatch)
         write(tmp_path / "eve" / f"{number}.ipynb", notebook([answer]))
     write(tmp_path / "eve" / "9.ipynb", notebook([("01-still", "x")]))
     (eve,) = grade(tmp_path).results
-    assert eve.trouble == [("2.ipynb", "unclear: too large (3 different answers to 01-sign)")]
+    assert eve.trouble == [("2.ipynb", "not judged: too large (3 different answers to 01-sign)")]
     assert eve.status("01-still") and eve.notebooks == 3
 
 
@@ -96,9 +96,9 @@ def test_what_no_count_foresees_is_bounded_too(bound, tmp_path, monkeypatch):
     monkeypatch.setattr(checks, "bounded", lambda: bounded(0.3 if bound == "time" else 60, 2**28))
     ada, eve = check_folder(tmp_path).rows
     figure = {"time": "more than 0.3 s", "memory": "more than 0.25 GB of memory"}[bound]
-    assert (ada[1], eve[1], eve[5]) == ("right", "unclear", f"not judged: too large ({figure})")
+    assert (ada[1], eve[1], eve[5]) == ("right", "not judged", f"not judged: too large ({figure})")
     (result,) = [each for each in grade(tmp_path).results if each.name == "eve"]
-    assert result.trouble == [("eve.xlsx", f"unclear: too large ({figure})")]
+    assert result.trouble == [("eve.xlsx", f"not judged: too large ({figure})")]
     bytes(2**29)  # the bounds end with the work
 
 

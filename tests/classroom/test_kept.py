@@ -129,4 +129,4 @@ def test_the_bound_of_answers_holds_with_records_too(tmp_path, monkeypatch):
         write(tmp_path / f"in/eve/{number}.ipynb", notebook([("01-sign", [number, 0, 0])]))
         write(tmp_path / f"in/{number}/{number}.ipynb", notebook([("01-sign", [number, 0, 0])]))
     said = [grade(tmp_path / "in", kept=Kept(tmp_path / "kept")).results[-1].trouble for _ in range(2)]
-    assert said[0] == said[1] == [("1.ipynb", "unclear: too large (2 different answers to 01-sign)")]
+    assert said[0] == said[1] == [("1.ipynb", "not judged: too large (2 different answers to 01-sign)")]

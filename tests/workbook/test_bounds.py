@@ -43,13 +43,13 @@ def test_the_work_grows_as_the_cells_do(kind, tmp_path, monkeypatch):
     for count in (400, 1600):
         report, work[count] = checked(tmp_path / "large.xlsx", rows_of(kind, count), monkeypatch)
         result = [cell.status for cell in report.cells if cell.cell in ("Sheet1!E20", "Sheet1!E21", "Sheet1!E22")]
-        assert result == ["right"] * 3 and report.verdict == "unclear" and not report.faults
+        assert result == ["right"] * 3 and report.verdict == "not judged" and not report.faults
     assert work[1600] < 6 * work[400]
 
 
 def test_six_thousand_running_totals_refer_to_few_cells(tmp_path, monkeypatch):
     report, work = checked(tmp_path / "large.xlsx", rows_of("running totals", 6000), monkeypatch)
-    assert work < 500_000 and report.verdict == "unclear"
+    assert work < 500_000 and report.verdict == "not judged"
 
 
 def test_what_is_too_large_is_said_with_the_figure(tmp_path, monkeypatch):
@@ -95,14 +95,14 @@ def test_one_bad_file_never_ends_the_check_of_a_folder(tmp_path, monkeypatch):
 
     monkeypatch.setattr(room.folder, "check_file", fails)
     summary = check_folder(tmp_path)
-    assert [row[1] for row in summary.rows] == ["right", "unclear", "right", "not read"] and summary.status == 2
+    assert [row[1] for row in summary.rows] == ["right", "not judged", "right", "not read"] and summary.status == 2
     assert "internal error, please report: RecursionError" in summary.rows[1][-1]
 
 
 def test_many_cells_that_depend_on_themselves(tmp_path, monkeypatch):
     circles = {f"K{r}": f"=K{r}+1" for r in range(1, 400)}
     report, _ = checked(tmp_path / "circles.xlsx", circles, monkeypatch, "Sheet1")
-    assert report.verdict == "unclear"
+    assert report.verdict == "not judged"
 
 
 def test_a_cell_read_twice_is_one_number(tmp_path):

@@ -157,7 +157,7 @@ def test_words_of_another_point_of_the_head(layout, long, short, tmp_path):
     said, place = f"{int(long) - int(short)} mm down the tool axis", rows[2]["Y"]
     for form in (lambda cells: cells, lambda cells: numbers(cells, lambda v: round(v, 5))):
         report = checked(tmp_path / "sheet.xlsx", form(cells), task)
-        assert (report.verdict, report.faults) == ("unclear", []) and said in str(report), str(report)
+        assert (report.verdict, report.faults) == ("not judged", []) and said in str(report), str(report)
         report = checked(tmp_path / "wrong.xlsx", form(cells | {place: f"{cells[place]}+0.75"}), task)
         assert [fault.cell for fault in report.faults] == [address(place)], str(report)
 
@@ -190,7 +190,7 @@ def test_rows_that_are_no_rows_of_the_table_are_said(tmp_path):
         cells[in_rows(ROWS, k)] = min(cells[in_rows(n, k)] for n in range(ROWS))
     cells["S", ROWS + 3, 1] = "min"
     report = checked(tmp_path / "sheet.xlsx", cells, task)
-    assert report.verdict == "unclear" and any("not understood" in text for text in report.seen)
+    assert report.verdict == "not judged" and any("not understood" in text for text in report.seen)
 
 
 def test_numbers_beside_a_table_are_said(tmp_path):
@@ -209,7 +209,7 @@ def test_a_function_that_is_not_known_makes_nothing_wrong(tmp_path):
         cell = book.active[f"{letters(column)}{line}"]
         cell.value = f"=LET(q,1,q*{cell.value[1:]})"
     book.save(tmp_path / "sheet.xlsx")
-    assert check_file(tmp_path / "sheet.xlsx", task).verdict == "unclear"
+    assert check_file(tmp_path / "sheet.xlsx", task).verdict == "not judged"
 
 
 def test_a_range_may_be_written_backwards():

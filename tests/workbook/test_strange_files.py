@@ -44,7 +44,7 @@ def test_other_programs_files(tmp_path, name, kind, ending):
 
 def test_a_workbook_with_another_ending(tmp_path):
     shutil.copy(BOOKS["wrong"], tmp_path / "wrong.et")
-    assert verdict(tmp_path / "wrong.et") in {"wrong", "unclear", "refused"}
+    assert verdict(tmp_path / "wrong.et") in {"wrong", "not judged", "refused"}
     (tmp_path / "text.xlsx").write_text("x;y;z\n1;2;3\n")
     (tmp_path / "empty.xlsx").write_bytes(b"")
     (tmp_path / "picture.xlsx").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200))
@@ -68,7 +68,7 @@ def test_damaged_files(tmp_path):
         for place in rng.integers(0, len(content), 3):
             spoiled[place] = rng.integers(256)
         path.write_bytes(bytes(spoiled))
-        assert verdict(path) in {"wrong", "unclear", "refused"}
+        assert verdict(path) in {"wrong", "not judged", "refused"}
 
 
 def test_an_encrypted_file(tmp_path):
@@ -183,7 +183,7 @@ def test_an_error_is_never_right(cells, place, tmp_path):
     workbook(sheet | {"sheets": {"Sheet1": page}}).save(tmp_path / "error.xlsx")
     report = check_file(tmp_path / "error.xlsx")
     judged = {cell.cell: cell.status for cell in report.cells}
-    assert report.verdict != "right" and judged[f"Sheet1!{place}"] in ("unclear", "wrong")
+    assert report.verdict != "right" and judged[f"Sheet1!{place}"] in ("not judged", "wrong")
 
 
 @pytest.mark.parametrize("name", ["/etc/passwd", "../machine.toml", "sub/machine.toml", "machine.txt", "none.toml"])

@@ -63,7 +63,7 @@ BESIDE = {
     "turned back": ({f"O{6 + n}": f"={c}6*M6+{c}7*M7+{c}8*M8" for n, c in enumerate("IJK")}, "right"),
     "angles computed back": ({"B20": "=DEGREES(ATAN2(-J8,I8))", "B21": "=DEGREES(ACOS(K8))"}, "right"),
     "something else": ({"S20": 3, "S21": 4, "S22": 5, "S23": "=AVERAGE(S20:S22)"}, "right"),
-    "a vector that only follows": ({f"O{n}": f"=M{n}/3+1" for n in (6, 7, 8)}, "unclear"),
+    "a vector that only follows": ({f"O{n}": f"=M{n}/3+1" for n in (6, 7, 8)}, "not judged"),
     "its distance from the point": ({"O6": "=SQRT((M6-D1)^2+(M7-D2)^2+(M8-D3)^2)"}, "right"),
     "its difference from numbers in a table": (
         {
@@ -148,7 +148,7 @@ def test_degrees_minutes_and_seconds(tmp_path):
 
 def test_an_angle_that_is_computed_is_no_fault_and_not_passed(tmp_path):
     report = _check(tmp_path, _sheet() | {"F2": 125.2644, "B2": "=180-F2"})
-    assert (report.verdict, report.faults, report.not_checked) == ("unclear", [], ["Sheet!B2"])
+    assert (report.verdict, report.faults, report.not_checked) == ("not judged", [], ["Sheet!B2"])
 
 
 def test_two_cases_side_by_side_of_which_one_takes_an_angle_of_the_other(tmp_path):
@@ -248,14 +248,14 @@ def _hamilton(row, p, q):
 def test_what_no_single_change_explains_is_not_judged(tmp_path):
     spoilt = {"A6": "=SIN(RADIANS(B2))", "B11": "=COS(RADIANS(B3))", "J7": "=A15*F6", "I8": "=1/E6"}
     report = _check(tmp_path, _sheet() | spoilt)
-    assert (report.verdict, report.faults) == ("unclear", []) and "no single change" in str(report)
+    assert (report.verdict, report.faults) == ("not judged", []) and "no single change" in str(report)
 
 
 def test_labels_of_matrices_make_no_silent_pass_of_formulas(tmp_path):
     """Labels say three matrices; the formulas that use them are none of the task's, and are listed."""
     cells = _matrix("A6", "Z", "B1") | {"B1": 35, "E6": "=SUM(A6:C6)*7", "E7": "=A7*A6"}
     report = _check(tmp_path, cells, {"A1": "α", "A5": "matrix alpha"})
-    assert report.verdict == "unclear" and {"Sheet!E6:E7"} <= set(report.not_checked), report
+    assert report.verdict == "not judged" and {"Sheet!E6:E7"} <= set(report.not_checked), report
 
 
 @pytest.mark.parametrize(
@@ -263,8 +263,8 @@ def test_labels_of_matrices_make_no_silent_pass_of_formulas(tmp_path):
     [
         ("Intrinsic z-x'-z'' Euler angles, passive rotation (not the active one)", "right"),
         ("3-1-3 sequence, passive", "right"),
-        ("rotation sequence 3-2-1, passive", "unclear"),
-        ("Euler angles ZYX", "unclear"),
+        ("rotation sequence 3-2-1, passive", "not judged"),
+        ("Euler angles ZYX", "not judged"),
     ],
 )
 def test_texts_that_name_a_sequence(tmp_path, text, verdict):
@@ -322,7 +322,7 @@ def test_steps_of_an_angle_down_a_column(tmp_path):
     assert report.verdict == "right", report
     report = _check(tmp_path, cells | {"C9": cells["C9"].replace("=-", "=")})
     assert [fault.cell for fault in report.faults] == ["Sheet!C9"], report
-    assert _check(tmp_path, cells | {"A9": "=A8+25"}).verdict == "unclear"
+    assert _check(tmp_path, cells | {"A9": "=A8+25"}).verdict == "not judged"
 
 
 @pytest.mark.parametrize(
@@ -368,7 +368,7 @@ def test_a_number_that_a_text_gives_differently(tmp_path):
     text = {"A20": "Turn (3, 4, 5) by (135, 54.7356, -90) degrees"}
     assert _check(tmp_path, _sheet(), text).verdict == "right"
     report = _check(tmp_path, _sheet(point=(3, -4, 5)), text)
-    assert (report.verdict, report.status) == ("unclear", 2)
+    assert (report.verdict, report.status) == ("not judged", 2)
     assert "Sheet!D1:D3 is 3, -4, 5, and a text says 3, 4, 5" in report.seen
 
 
@@ -395,14 +395,14 @@ def test_an_angle_that_is_a_share_of_a_turn_is_computed(tmp_path):
     """It is listed, and what turns by it is judged."""
     shared = _sheet() | {"F1": 7, "G1": 2, "B1": "=360/F1*G1"}
     report = _check(tmp_path, shared)
-    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!B1"]), report
+    assert (report.verdict, report.not_checked) == ("not judged", ["Sheet!B1"]), report
     assert _check(tmp_path, shared | {"F7": "=A11*B6+B11*A7+C11*B8"}).verdict == "wrong"
 
 
 def test_a_point_that_is_computed_is_listed(tmp_path):
     cells = _sheet() | {"F1": 5, "D1": "=F1*COS(RADIANS(30))", "D2": "=F1*SIN(RADIANS(30))"}
     report = _check(tmp_path, cells)
-    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!D1:D2"]), report
+    assert (report.verdict, report.not_checked) == ("not judged", ["Sheet!D1:D2"]), report
 
 
 def test_the_axis_of_the_whole_turn(tmp_path):
@@ -418,7 +418,7 @@ def test_rounded_copies_and_numbers_of_points_beside_the_results(tmp_path):
     cells = _sheet() | shown | {"E1": 1, "E2": 2, "T1": "=E1", "T2": "=E2"}
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"E1": 7.5, "E2": 9.5})
-    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!T1:T2"]), report
+    assert (report.verdict, report.not_checked) == ("not judged", ["Sheet!T1:T2"]), report
 
 
 def test_rows_of_a_matrix_by_index(tmp_path):
@@ -533,7 +533,7 @@ def test_a_typed_element_that_fits_one_of_three_points_is_not_blamed_for_another
 def test_a_text_that_has_only_zeros_in_common_with_a_point_is_no_typing_error(tmp_path):
     cells = _sheet(point=(0, 0, 5))
     assert _check(tmp_path, cells | {"F1": "clamp at (0, 0, 30)"}).verdict == "right"
-    assert _check(tmp_path, _sheet(point=(7, 0, 5)) | {"F1": "given: (7, 0, 50)"}).verdict == "unclear"
+    assert _check(tmp_path, _sheet(point=(7, 0, 5)) | {"F1": "given: (7, 0, 50)"}).verdict == "not judged"
 
 
 def test_copies_of_a_result_in_another_order(tmp_path):
@@ -550,7 +550,7 @@ def test_inputs_typed_twice_that_differ_in_one_number(tmp_path):
     again = {"R1": 135, "S1": 54.7356, "T1": -90}
     assert _check(tmp_path, _sheet() | again).verdict == "right"
     report = _check(tmp_path, _sheet() | again | {"S1": 45.7356})
-    assert report.verdict == "unclear", report
+    assert report.verdict == "not judged", report
     assert "Sheet!B2 is 54.7356 and Sheet!S1 45.7356, all else twice the same" in report.seen
 
 
@@ -655,7 +655,7 @@ def test_a_largest_difference_that_is_typed_is_listed(tmp_path):
     cells |= {"R10": "=MAX(P6:P8)", "S12": '=IF(R10<0.001,"OK","?")'}
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"R10": 0})
-    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!R10"]), report
+    assert (report.verdict, report.not_checked) == ("not judged", ["Sheet!R10"]), report
 
 
 def test_the_fourth_number_of_a_homogeneous_result_is_judged(tmp_path):
