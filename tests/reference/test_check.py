@@ -77,7 +77,7 @@ def test_numbers_of_a_students_own_are_right_as_a_function(saved):
 
 def test_one_number_that_differs_is_asked_about(saved):
     theirs = {**FEED, "B2": 61}
-    assert compared(saved, FEED, theirs).verdict == "unclear"
+    assert compared(saved, FEED, theirs).verdict == "not judged"
     assert compared(saved, FEED, theirs, numbers="own").verdict == "right"
     assert compared(saved, FEED, theirs, numbers="given").faults[0].cell == "Sheet!B2"
 

@@ -117,7 +117,7 @@ class Recognised(Turns):
         for triple in finals:
             up = self.graph.upstream(triple)
             parts = dict.fromkeys(t for t in [of[p] for p in self.sorted(up & of.keys())] if t in kept)
-            if self._is_combined(triple, up, parts):
+            if self._is_combined(triple, up, parts) or self._is_undone(triple, up, parts):
                 del kept[triple]
                 self.beside.append(triple)
         return [*kept]
@@ -171,3 +171,8 @@ class Recognised(Turns):
         ]  # not of the terms with x, with y and with z
         pairs = ((a & kind, b & kind) for a, b in combinations(given, 2) for kind in (self.lengths, self.angles))
         return any(a - b and b - a for a, b in pairs)
+
+    def _is_undone(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
+        """Whether a vector is made of one that more angles turn: some of them are turned back."""
+        angles = self.turned_by(triple)
+        return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)

@@ -16,7 +16,7 @@ from mathpost.workbook.meaning.words import Words
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.graph import Graph
-from mathpost.workbook.sheet.samples import Values
+from mathpost.workbook.sheet.samples import Values, same
 from mathpost.workbook.sheet.tree import areas
 from mathpost.workbook.verdict.readings import Readings
 from mathpost.workbook.verdict.sampled import Sampled
@@ -61,6 +61,9 @@ class Judge(Sampled):
         self.prepare(self.live)
         tables = Tables(self)
         tables.prepare()
+        for calculation in self.live[:]:
+            self._drop_if_partial(calculation)
+            self._choose(calculation)
         self.readings.read_the_headings()
         self.targets |= {p: t for c in self.live for p, t in c.targets.items()}
         made = self.graph.trees.keys() - self.inputs.keys()
@@ -163,6 +166,29 @@ class Judge(Sampled):
         text = f"{self.graph.short(results[k])} is what belongs into {into}: exchanged"
         self.faults.append(self.fault(results[k], "exchanged", text))
         return dict(zip(results, wanted, strict=True))
+
+    def _choose(self, last: Calculation) -> None:
+        """Take vectors on the way that are right, but for one cell, in place of what only follows from them."""
+        steps = self.steps(last)
+        self.prepare(steps)
+        right = [s for s in steps if len(self.bad(s.targets)) <= 1]
+        if right and len(self.bad(last.targets)) > 1:
+            before = {p for s in steps for p in self.graph.upstream(s.results) - set(s.results)}
+            ends = [s for s in steps if not before.issuperset(s.results)]  # two recipes, of which one is wrong
+            right = [s for s in steps if s in right + ends and s not in self.live]
+            self.live = [c for c in self.live if c is not last] + right
+            self.found.calculations = [c for c in self.found.calculations if c is not last] + right
+            self.found.beside.append(last.results)
+
+    def _drop_if_partial(self, calculation: Calculation) -> None:
+        """Set aside a vector that only some of the angles turn, if it is a step to another calculation's result."""
+        turns = [c for c in self.live if isinstance(c, Turn) and c is not calculation]
+        angles, now = self.found.turned_by(calculation.results), self.block(calculation.results[:3])
+        partial = self.bad(calculation.targets) and any(angles < self.found.turned_by(c.results) for c in turns)
+        if partial and any(same(known, now) for known in calculation.known.get(3, ())):
+            self.live.remove(calculation)
+            self.found.calculations.remove(calculation)
+            self.found.beside.append(calculation.results)
 
     def steps(self, last: Calculation) -> list[Calculation]:
         """The vectors on the way to a result."""
