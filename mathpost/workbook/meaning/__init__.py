@@ -3,8 +3,8 @@
 Rotations: `given` (which cells are inputs, which matrices), `vectors` (which are linear in lengths), `names`
 (what the texts call them, with `label` and `texts`), `turns` (what turns a vector, and about what), `recognise`
 (which of all these are results), `rows` (what the rows of a table have in common). Others: `find_planes` the
-angles of a tilted plane, `nc_table` the words of a machine (with `nc_columns`, `nc_headings` and `nc_roles` for
-tables, `nc_positions` for single positions, `nc_numbers` for words without formulas), `conversion` angles made
-of others. Each yields a `calculation`, which knows the required values of its results and the values that may
-occur on the way to them; the calculation of a plane is in `plane_angles`.
+angles of a tilted plane, `machine_table` where a table of NC words is, by its `headings`; `words` what these must
+be, `typed_words` those without formulas; `conversion` angles made of others. Each yields a `calculation`, which
+knows the required values of its results and the values that may occur on the way to them; the calculation of a
+plane is in `plane_angles`.
 """
