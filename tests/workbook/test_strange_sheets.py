@@ -329,19 +329,19 @@ def test_steps_of_an_angle_down_a_column(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("formula", "cause"),
+    ("formula", "verdict"),
     [
-        ("={a}*(D1-F1)+{b}*(D2-F2)+{c}*(D3-F3)", None),
-        ("={a}*D1+{b}*D2+{c}*D3-{o}", "the origin is taken off after the turn, not before"),
-        ("={a}*(D1+F1)+{b}*(D2+F2)+{c}*(D3+F3)", "the origin is added, not taken off"),
+        ("={a}*(D1-F1)+{b}*(D2-F2)+{c}*(D3-F3)", "right"),
+        ("={a}*D1+{b}*D2+{c}*D3-{o}", "not judged"),  # after the turn, not before: no single cell is wrong
+        ("={a}*(D1+F1)+{b}*(D2+F2)+{c}*(D3+F3)", "not judged"),
     ],
 )
-def test_an_origin_at_the_wrong_place(tmp_path, formula, cause):
+def test_an_origin_at_the_wrong_place(tmp_path, formula, verdict):
     cells = _sheet() | {"F1": 11, "F2": -6, "F3": 4}
     for n, origin in zip((6, 7, 8), ("F1", "F2", "F3"), strict=True):
         cells[f"M{n}"] = formula.format(a=f"I{n}", b=f"J{n}", c=f"K{n}", o=origin)
     report = _check(tmp_path, cells, origin=(11, -6, 4))
-    assert [fault.message for fault in report.faults] == [f"M{n}: {cause}" for n in (6, 7, 8) if cause], report
+    assert report.verdict == verdict, report
 
 
 def test_the_inverse_of_a_transformation_with_an_origin(tmp_path):
@@ -365,14 +365,6 @@ def test_one_conversion_in_gon(tmp_path):
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"C11": "=SIN(B2/180*PI())"})
     assert [(f.cell, f.message) for f in report.faults] == [("Sheet!C11", "C11: 180 should be 200")], report
-
-
-def test_a_number_that_a_text_gives_differently(tmp_path):
-    text = {"A20": "Turn (3, 4, 5) by (135, 54.7356, -90) degrees"}
-    assert _check(tmp_path, _sheet(), text).verdict == "right"
-    report = _check(tmp_path, _sheet(point=(3, -4, 5)), text)
-    assert (report.verdict, report.status) == ("not judged", 2)
-    assert "Sheet!D1:D3 is 3, -4, 5, and a text says 3, 4, 5" in report.seen
 
 
 def test_a_mean_leaves_out_empty_rows_and_texts(tmp_path):
@@ -533,12 +525,6 @@ def test_a_typed_element_that_fits_one_of_three_points_is_not_blamed_for_another
     assert [fault.cell for fault in report.faults] == ["Sheet!C11"], report
 
 
-def test_a_text_that_has_only_zeros_in_common_with_a_point_is_no_typing_error(tmp_path):
-    cells = _sheet(point=(0, 0, 5))
-    assert _check(tmp_path, cells | {"F1": "clamp at (0, 0, 30)"}).verdict == "right"
-    assert _check(tmp_path, _sheet(point=(7, 0, 5)) | {"F1": "given: (7, 0, 50)"}).verdict == "not judged"
-
-
 def test_copies_of_a_result_in_another_order(tmp_path):
     summary = {"O6": "=M6", "O7": "=M7", "O8": "=M8"}
     assert _check(tmp_path, _sheet() | summary).verdict == "right"
@@ -547,14 +533,6 @@ def test_copies_of_a_result_in_another_order(tmp_path):
     assert said == [("Sheet!O6", "O6: M7 should be M6"), ("Sheet!O7", "O7: M6 should be M7")], report
     labelled = {"N6": "y'", "N7": "x'", "N8": "z'", "O6": "=M7", "O7": "=M6", "O8": "=M8"}
     assert _check(tmp_path, _sheet() | labelled).verdict == "right"
-
-
-def test_inputs_typed_twice_that_differ_in_one_number(tmp_path):
-    again = {"R1": 135, "S1": 54.7356, "T1": -90}
-    assert _check(tmp_path, _sheet() | again).verdict == "right"
-    report = _check(tmp_path, _sheet() | again | {"S1": 45.7356})
-    assert report.verdict == "not judged", report
-    assert "Sheet!B2 is 54.7356 and Sheet!S1 45.7356, all else twice the same" in report.seen
 
 
 @pytest.mark.parametrize("inverse", ["=DEGREES(ATAN(I8/-J8))", "=DEGREES(ATAN2(J8,-I8))"])
