@@ -158,5 +158,5 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
     axes = "turned" * bool(turning and not fixed) or "fixed" * bool(fixed and not turning)
     may_be_active = re.search(SAID_ACTIVE, text, re.I) and not re.search(DENIED, text, re.I)
     other = passive or transposed if active else may_be_active
-    ways = [active, *[not active] * bool(other and not task.convention)]
-    return Reading(sequence, active, by, doubts, () if by_task else names, [*product(cases, ways)][1:], axes)
+    senses = [active, *[not active] * bool(other and not task.convention)]
+    return Reading(sequence, active, by, doubts, () if by_task else names, [*product(cases, senses)][1:], axes)
