@@ -112,7 +112,7 @@ def test_what_stands_beside_a_right_result_raises_no_alarm(tmp_path, name):
 def test_it_hides_no_slip(tmp_path, name, cell, formula, cause):
     report = _check(tmp_path, _sheet() | BESIDE[name][0] | {cell: formula})
     if name == "a vector that only follows":  # it is the result then, and which step is wrong is not looked for
-        assert report.verdict == "not judged"
+        assert report.verdict != "right"
         return
     assert (report.verdict, report.faults[0].cell, report.faults[0].cause) == ("wrong", f"Sheet!{cell}", cause), (
         report
