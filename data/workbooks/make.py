@@ -6,19 +6,21 @@ matrices are the package's own sympy expressions, written as a spreadsheet write
 Run it from the repository's root: ``python data/workbooks/make.py``. LibreOffice calculates the values.
 """
 
+import re
 import shutil
 import tempfile
 from pathlib import Path
 
 import openpyxl
-from mathpost.workbook.file import local_address, recalculate
+import sympy as sp
 from openpyxl.styles import Alignment, Border, Font, PatternFill, Side
 from openpyxl.utils import get_column_letter
 from openpyxl.workbook.defined_name import DefinedName
 from openpyxl.worksheet.formula import ArrayFormula
 from openpyxl.worksheet.properties import PageSetupProperties
 
-from mathpost.workbook.verdict.labels import elementary_formulas
+from mathpost.rotation import PASSIVE
+from mathpost.workbook.sheet.file import local_address, recalculate
 
 HERE = Path(__file__).parent
 TABLES = HERE.parent / "tables"
@@ -48,6 +50,14 @@ def write_sheet(path, angles=(135, 54.7356, -90), point=(3, 4, 5)):
     sheet.recipe_right(top=9)
     sheet.recipe_left(top=26)
     book.save(path)
+
+
+def elementary_formulas(axis, cosine, sine):
+    """The passive elementary matrix about an axis as a nested list of formulas."""
+    cells, matrix = {"cos(t)": cosine, "sin(t)": sine}, PASSIVE[axis](sp.Symbol("t")).tolist()
+    return [
+        [re.sub(r"(cos|sin)\(t\)", lambda found: cells[found[0]], f"={entry}") for entry in row] for row in matrix
+    ]
 
 
 class _Sheet:
