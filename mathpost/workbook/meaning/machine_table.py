@@ -56,7 +56,8 @@ def find_tables(graph: Graph, kinematics: Kinematics) -> tuple[list[Table], list
     """Return the tables of a workbook, and the ranges of numbers that may be one and are not named as one."""
     for along in (1, 2):  # points in rows, points in columns
         blocks, left = _blocks(graph, along)
-        tables, other = [], []
+        tables: list[Table] = []
+        other: list[list[Column]] = []
         named = [_named(graph, kinematics, block) for block in blocks]
         apart = [block for block, headed in zip(blocks, named, strict=True) if not headed]
         for block, own in zip(blocks, named, strict=True):
@@ -132,7 +133,10 @@ def _table(graph: Graph, headed: Headed) -> Table | None:
     if 2 * sum(kept) <= count:
         return None
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
-    rows = [tuple(tuple(p[row] for p in part) for part in cells) for row in range(count) if kept[row]]
+    rows: list[tuple[Line, Line, Line]] = []
+    for row in (row for row in range(count) if kept[row]):
+        at_tip, at_axis, at_words = (tuple(places[row] for places in part) for part in cells)
+        rows.append((at_tip, at_axis, at_words))
     there = [[c.places[row] for c in columns if c.places[row] in graph.component] for row in range(count)]
     left = [(each[0], each[-1]) for row, each in enumerate(there) if not kept[row] and _are_typed(graph, each)]
     counts = [c for c in columns if _is_count(c.values)]

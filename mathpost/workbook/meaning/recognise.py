@@ -53,8 +53,8 @@ class Recognised(Turns):
         self.steps: list[Calculation] = []
         self.beside = []
         count = len(self.typed & self.turning)
-        said = reading(task, self.text, count)
-        self.sequence, self.active, self.by, unsure, self.names, self.also, self.axes = said
+        read = reading(task, self.text, count)
+        self.sequence, self.active, self.by, unsure, self.names, self.also, self.axes = read
         said = task.convention or self.active or re.search(f"{PASSIVE}|{SAID_ACTIVE}", self.text, re.I)
         more = self.by == "the text" or bool(re.search(FOREIGN, self.text, re.I))
         self.is_open = self.by != "the task" and not said and more
