@@ -14,9 +14,9 @@ from mathpost.bounds import TooLarge, bounded
 from mathpost.errors import InputError, internal
 from mathpost.workbook.reference.homework import Homework, homework_text
 from mathpost.workbook.reference.inputs import Matched, different, match
-from mathpost.workbook.reference.quantities import Sheet, agree
+from mathpost.workbook.reference.quantities import Dictionary, Sheet, agree
 from mathpost.workbook.reference.results import Comparison
-from mathpost.workbook.reference.where import Change, first_wrong, repair
+from mathpost.workbook.reference.where import Change, edited, first_wrong, repair
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, TOO_LARGE, UNCLEAR, WRONG, Fault, FileReport, Judgement
 from mathpost.workbook.sheet.file import EMPTY, read
 from mathpost.workbook.sheet.place import Place
@@ -168,6 +168,8 @@ class _Check:
         comparison.place_results()
         while comparison.candidates and len(self.faults) < MOST_FAULTS and self._find_fault():
             comparison.place_results()
+        if comparison.steps_too and not self.faults:
+            self._ends_that_are_nothing()
         self._numbers()
         missing = list(comparison.candidates)
         self.open += self._open_questions(missing)
@@ -248,6 +250,32 @@ class _Check:
         if alike:
             text += f"; the same in {', '.join(sheet.ranges(alike))}"
         self.faults.append(Fault(sheet.address(place), change.cause, text, place))
+
+    def _ends_that_are_nothing(self) -> None:
+        """Judge what the hand-in ends in beside the results: one change away from a step that is nowhere else."""
+        comparison, sheet = self.comparison, self.sheet
+        for end in comparison.ends:  # a copy of a result that was typed
+            source = self.sheet.uses[end][0] if sheet.tree(end)[0] == "area" else end
+            number = sheet.numbers_typed.get(source) if source not in self.matched.back else None
+            near = [r for r in comparison.found if number is not None and self._is_typed(number, r)]
+            if near:
+                text = f"{sheet.short(source)} is a number, {number:g}, typed where a formula belongs"
+                self._add(Change(source, "typed over formula", text, None, {source: comparison.ours[near[0]]}))
+                return
+        gone = [p for p in self.ours.order if p not in self.ours.messages and p not in comparison.asked]
+        gone = [p for p in gone if comparison.varies(p) and not comparison.index.find(comparison.ours[p])]
+        steps = Dictionary((p, comparison.ours[p]) for p in gone)
+        ends = [p for p in comparison.ends if p not in sheet.part and comparison.theirs[p] not in comparison.known]
+        for end in ends[:MOST_FAULTS] if gone else ():
+            for change in edited(comparison, [end], at_samples(comparison.theirs[end]), {}):
+                if steps.find(change.values[end]):
+                    self._add(change)
+                    return
+
+    def _is_typed(self, number: float, result: Place) -> bool:
+        """Whether a number is what a result is at the hand-in's own inputs, with fewer digits."""
+        value = at_samples(self.comparison.ours[result])[0]
+        return self.comparison.varies(result) and abs(number - value) <= 1e-3 * abs(value) > 0
 
     def _numbers(self) -> None:
         """Judge inputs that hold a different number than the reference has."""

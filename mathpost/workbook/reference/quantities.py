@@ -117,8 +117,8 @@ class Sheet(Graph):
 
     def ends(self) -> list[Place]:
         """The formulas that give a number and that none uses but for a text, as they are read."""
-        none = [p for p in self.trees.keys() - self.messages if self.messages.issuperset(self.used.get(p, ()))]
-        return sorted(none, key=self.reading_order)
+        used = {mate for p in self.used if not self.messages.issuperset(self.used[p]) for mate in self.array(p)}
+        return sorted(self.trees.keys() - self.messages - used, key=self.reading_order)
 
     # Labels.
 
@@ -131,14 +131,14 @@ class Sheet(Graph):
         return {p: (self._text(p, 0, -1, ways), self._text(p, -1, 0, ways)) for p in numbers}
 
     def _text(self, place: Place, down: int, right: int, ways: dict[tuple[Place, int, int], str]) -> str:
-        """The first text on the way from a place, over numbers and a few empty cells."""
+        """The first text on the way from a place, over numbers, or over a few empty cells."""
         found = ""
         for gap in range(1, GAP + 2):
             near = offset(place, gap * down, gap * right)
             if near in self.texts and self.meant[near] is None:
                 found = str(self.cells[near].value)
                 break
-            if (near, down, right) in ways:
+            if gap == 1 and (near, down, right) in ways:
                 found = ways[near, down, right]
                 break
         ways[place, down, right] = found

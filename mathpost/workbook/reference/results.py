@@ -64,7 +64,8 @@ class Comparison:
         there: dict[str, list[Place]] = {}
         for sheet, found in ((self.reference, here), (self.handed_in, there)):
             for place, labels in sheet.labels.items():
-                for text in dict.fromkeys(label.casefold() for label in labels if label):
+                texts = texts_of(labels) if sheet is self.reference else [t.casefold() for t in labels if t]
+                for text in dict.fromkeys(texts):
                     found.setdefault(text, []).append(place)
         named: dict[Place, None] = {}
         for text, places in here.items():
@@ -98,6 +99,12 @@ class Comparison:
         formulas = [p for p in self.reference.order if p not in self.reference.messages]
         cells = [(p, self.ours[p]) for p in [*self.given, *formulas] if p in self.ours]
         return Dictionary([*cells, *parts_as_quantities(self.reference, self.ours, formulas)])
+
+    @cached_property
+    def steps(self) -> Dictionary:
+        """The formulas of the reference."""
+        reference = self.reference
+        return Dictionary((p, self.ours[p]) for p in reference.order if p not in reference.messages)
 
     def varies(self, place: Place) -> bool:
         """Whether a result of the reference depends on an input that is varied."""

@@ -112,7 +112,7 @@ def _fitting(
 ) -> Iterator[Change]:
     """Yield the changes of a cell, and of those `alike`, that give the target what it should be."""
     sheet, (target,), place = comparison.handed_in, wanted, alike[0]
-    made = [*_edited(comparison, alike, own, wanted)]
+    made = [*edited(comparison, alike, own, wanted)]
     if place != target or place not in sheet.trees:  # that a result should be what it is explains nothing
         made += _replaced(comparison, place)
     made = [change for change in made if all(np.isfinite(value).all() for value in change.values.values())]
@@ -138,12 +138,16 @@ def _kind(comparison: Comparison, change: Change, own: np.ndarray, wanted: Value
         return 6
     if own_label is not None and agree(value, own_label):
         return 0
-    if own in comparison.known:
+    if own in comparison.steps:
         return 5
-    return 1 if value in comparison.known and place != target else 2
+    if place != target and (
+        value in comparison.steps or (value in comparison.known and own not in comparison.known)
+    ):
+        return 1
+    return 3 if own in comparison.known else 2
 
 
-def _edited(comparison: Comparison, alike: Sequence[Place], own: np.ndarray, wanted: Values) -> Iterator[Change]:
+def edited(comparison: Comparison, alike: Sequence[Place], own: np.ndarray, wanted: Values) -> Iterator[Change]:
     """Yield the formula of a cell with one change, those that somebody may have meant; filled to those alike."""
     sheet, place = comparison.handed_in, alike[0]
     if place not in sheet.trees:
@@ -205,7 +209,7 @@ def _all_edits(
             for new in part[1:]:
                 yield "wrong value", part, new, put(tree, path, new)
         is_cell = part[0] == "area" and part[1].shape == (1, 1)
-        if is_cell or part[0] in ("+", "-", "minus"):
+        if is_cell or part[0] in ("+", "-", "minus", "*"):
             new = ("^", part, ("number", 2.0))
             yield "wrong value", part, new, put(tree, path, new)
         if is_cell:
