@@ -106,6 +106,14 @@ class Comparison:
         reference = self.reference
         return Dictionary((p, self.ours[p]) for p in reference.order if p not in reference.messages)
 
+    @cached_property
+    def is_template(self) -> bool:
+        """Whether the hand-in is laid out as the reference: the labels are the same, and some of the formulas."""
+        both = [p for p in self.handed_in.order if p in self.reference.trees and p in self.ours]
+        both = [p for p in both if self.handed_in.labels.get(p) == self.reference.labels.get(p)]
+        alike = sum(bool(agree(at_samples(self.theirs[p]), at_samples(self.ours[p]))) for p in both)
+        return 2 * len(both) > len(self.reference.trees) and 4 * alike >= len(both) and alike > 1
+
     def varies(self, place: Place) -> bool:
         """Whether a result of the reference depends on an input that is varied."""
         return not self.reference.upstream([place]).isdisjoint(self.given)

@@ -43,11 +43,38 @@ class Change:
 
 def first_wrong(comparison: Comparison, result: Place, target: Place) -> Change | None:
     """The change that makes `target` the missing `result`; None if no single one does."""
+    if comparison.is_template and (change := _unlike_the_same_cell(comparison, target)):
+        return change
     wanted = {target: at_samples(comparison.ours[result])}
     options = [
         (_rank(comparison, change, wanted), n, change) for n, change in enumerate(_changes(comparison, wanted))
     ]
     return min(options, key=lambda each: each[:2])[2] if options else None
+
+
+def _unlike_the_same_cell(comparison: Comparison, target: Place) -> Change | None:
+    """The first cell on the way that is not what stands there in a reference of the same layout."""
+    sheet, reference, inputs = comparison.handed_in, comparison.reference, comparison.matched.back
+    for place in sorted(sheet.upstream([target]) - inputs.keys(), key=sheet.calculation_order):
+        if place not in reference.trees or place not in comparison.ours:
+            continue
+        wanted = {p: at_samples(comparison.ours[p]) for p in sheet.array(place) if p in comparison.ours}
+        number = sheet.value(place)
+        own = at_samples(comparison.theirs.get(place, np.full(1, np.nan if number is None else number)))
+        if agree(own, wanted[place]):
+            continue
+        for cause, old, new, whole in _all_edits(comparison, place, own, wanted) if place in sheet.trees else ():
+            made = sheet.calculate(whole, comparison.theirs)
+            if all(agree(at_samples(at(made, sheet.part.get(p, (0, 0)))), value) for p, value in wanted.items()):
+                return Change(place, cause, said(place, old, new), whole, wanted)
+        formula = text_of(reference.trees[place], place[0])
+        if place in sheet.trees:
+            return Change(
+                place, "wrong value", f"{sheet.short(place)} is not {formula}, as in the reference", None, wanted
+            )
+        text = f"{sheet.short(place)} is a number, {number or 0.0:g}, typed where a formula belongs: {formula}"
+        return Change(place, "typed over formula", text, None, wanted)
+    return None
 
 
 def _rank(comparison: Comparison, change: Change, wanted: Values) -> tuple[int, int]:
@@ -278,9 +305,15 @@ def repair(comparison: Comparison, change: Change) -> list[Place]:
     sheet, place = comparison.handed_in, change.place
     relative = sheet.relative(place) if place in sheet.trees and place not in sheet.part else None
     alike = [p for p in sheet.trees if relative is not None and p != place and sheet.relative(p) == relative]
+    if comparison.is_template:
+        known = [p for p in alike if p in comparison.ours and p in comparison.reference.trees]
+        alike = [p for p in known if not agree(at_samples(comparison.theirs[p]), at_samples(comparison.ours[p]))]
+    elif len(alike) < PATTERN - 1:
+        alike = []
     if change.tree is None:
         comparison.fixed |= change.values
-        sheet.trees.pop(place, None)
+        for each in change.values:
+            sheet.trees.pop(each, None)
         alike = []
     else:
         for each in sheet.array(place):
