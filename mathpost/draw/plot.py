@@ -272,11 +272,15 @@ def space(axes: Axes3D, radius: float, *, centre: Sequence[float] | np.ndarray =
     axes.set_axis_off()
 
 
+SHORT = 12  # letters of a label that a cell can show
+
+
 def worksheet(axes: Axes, report: FileReport) -> None:
-    """Draw the judged cells of the first sheet in green, red and amber; the first wrong one has a frame."""
+    """Draw the judged cells of the first sheet in green, red and amber, and labels; the first wrong has a frame."""
     from openpyxl.utils import get_column_letter  # slow to import, and all but one lesson draw no sheet
 
     from mathpost.workbook.report import STATUS_COLOUR
+    from mathpost.workbook.sheet.file import read
 
     sheet = report.cells[0].place[0]
     judged = [cell for cell in report.cells if cell.place[0] == sheet]
@@ -292,6 +296,15 @@ def worksheet(axes: Axes, report: FileReport) -> None:
     for drawn in (*axes.patches, *axes.texts):  # inside the limits: nothing to make room for
         drawn.set_in_layout(False)
     axes.set(xlim=(columns[0] - 1, columns[-1] + 1), ylim=(rows[-1] + 1, rows[0] - 1))
+    for (where, row, column), cell in read(report.path).cells.items():  # the labels beside what was judged
+        if (
+            where == sheet
+            and isinstance(cell.value, str)
+            and rows[0] - 2 < row <= rows[-1]
+            and column <= columns[-1]
+        ):
+            label = cell.value if len(cell.value) < SHORT and cell.value.isascii() else ""
+            axes.text(column, row, label, ha="center", va="center", fontsize=6, color="#555555")
     every = range(columns[0], columns[-1] + 1)
     axes.set_xticks(every, map(get_column_letter, every))
     axes.xaxis.tick_top()

@@ -59,6 +59,7 @@ BY_HAND = {
     "12-steps": [3, 4, 5],
     "13-sign": [0, -10, 0],
     "13-ecc": -58.18,
+    "14-pi": 180_000 / 16 * (1 / 3.14 - 1 / 3.141592653589793),
     "14-post": -90,
 }
 # By hand, too, from the numbers in the order in which the question states them.

@@ -209,6 +209,14 @@ def worksheet_slip():
     return explain(angles, point, answer).misreadings[0].kinds[0]
 
 
+@define("14-pi", Number(decimals=1, unit="1/min"))
+@slip("sign", lambda: -typed_pi())
+def typed_pi():
+    """The speed is inversely proportional to π: half a per mille of 3581 turns a minute."""
+    turns = 1000 * 180 / 16
+    return turns * (1 / 3.14 - 1 / np.pi)
+
+
 @cache
 def wrong_post() -> tuple[tuple[float, float, float], tuple[float, float]]:
     """Return a tool axis, and the A and C of a post whose C is counted from a different zero."""

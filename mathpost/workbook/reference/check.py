@@ -237,14 +237,12 @@ class _Check:
 
     def _add(self, change: Change) -> None:
         sheet, place = self.sheet, change.place
-        was_formula, array = place in sheet.trees, len(sheet.array(place)) > 1
+        array = len(sheet.array(place)) > 1
         after = sheet.downstream([place])
         alike = repair(self.comparison, change)[1:]
         self.after |= after | sheet.downstream(alike)
         self.wrong += [place, *alike]
         text = change.message
-        if change.cause == "rounded early" and was_formula:
-            text += ": rounded in between"
         if array:
             text = f"{sheet.short(place)}, of the array {sheet.range(sorted(sheet.array(place)))}: {text}"
         if alike:

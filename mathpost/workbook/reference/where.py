@@ -11,7 +11,7 @@ import numpy as np
 
 from mathpost.workbook.reference.quantities import Sheet, agree
 from mathpost.workbook.reference.results import Comparison
-from mathpost.workbook.sheet.edits import edits, said
+from mathpost.workbook.sheet.edits import ROUGHLY, edits, said
 from mathpost.workbook.sheet.formula import Area, Tree
 from mathpost.workbook.sheet.neighbours import filled
 from mathpost.workbook.sheet.place import Place, beside
@@ -66,7 +66,7 @@ def _unlike_the_same_cell(comparison: Comparison, target: Place) -> Change | Non
         for cause, old, new, whole in _all_edits(comparison, place, own, wanted) if place in sheet.trees else ():
             made = sheet.calculate(whole, comparison.theirs)
             if all(agree(at_samples(at(made, sheet.part.get(p, (0, 0)))), value) for p, value in wanted.items()):
-                return Change(place, cause, said(place, old, new), whole, wanted)
+                return Change(place, cause, _in_words(place, old, new), whole, wanted)
         formula = text_of(reference.trees[place], place[0])
         if place in sheet.trees:
             return Change(
@@ -196,7 +196,14 @@ def edited(comparison: Comparison, alike: Sequence[Place], own: np.ndarray, want
                 break
             values[other] = at_samples(sheet.cell(other, comparison.theirs, with_areas(whole, moved)))
         else:
-            yield Change(place, cause, said(place, old, new), whole, values)
+            yield Change(place, cause, _in_words(place, old, new), whole, values)
+
+
+def _in_words(place: Place, old: Tree, new: Tree) -> str:
+    """A change of a part of a formula, in words."""
+    if old[0] == "number" and new == ("number", np.pi):
+        return f"{old[1]:g} is typed for π"
+    return said(place, old, new) + ": rounded in between" * (old[0] in ROUNDING)
 
 
 def _as_beside(comparison: Comparison, place: Place) -> Iterator[Change]:
@@ -222,8 +229,9 @@ def _all_edits(
     """Yield (cause, part, what it should be, whole tree): π, units, those of `sheet.edits`, numbers, squares."""
     sheet = comparison.handed_in
     tree = sheet.trees[place]
-    if (new := exact(tree, 0.01)) != tree:
-        yield "rounded early", tree, new, new
+    for part in parts_of(tree):
+        if part[0] == "number" and (new := exact(part, ROUGHLY)) != part:
+            yield "rounded early", part, new, exact(tree, ROUGHLY)
     for path, part in walk(tree):
         if part[0] in ROUNDING:
             yield "rounded early", part, part[1], put(tree, path, part[1])
