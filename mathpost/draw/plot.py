@@ -296,14 +296,14 @@ def worksheet(axes: Axes, report: FileReport) -> None:
     for drawn in (*axes.patches, *axes.texts):  # inside the limits: nothing to make room for
         drawn.set_in_layout(False)
     axes.set(xlim=(columns[0] - 1, columns[-1] + 1), ylim=(rows[-1] + 1, rows[0] - 1))
-    for (where, row, column), cell in read(report.path).cells.items():  # the labels beside what was judged
+    for (where, row, column), held in read(report.path).cells.items():  # the labels beside what was judged
         if (
             where == sheet
-            and isinstance(cell.value, str)
+            and isinstance(held.value, str)
             and rows[0] - 2 < row <= rows[-1]
             and column <= columns[-1]
         ):
-            label = cell.value if len(cell.value) < SHORT and cell.value.isascii() else ""
+            label = held.value if len(held.value) < SHORT and held.value.isascii() else ""
             axes.text(column, row, label, ha="center", va="center", fontsize=6, color="#555555")
     every = range(columns[0], columns[-1] + 1)
     axes.set_xticks(every, map(get_column_letter, every))
