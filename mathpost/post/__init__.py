@@ -24,6 +24,7 @@ from mathpost.machine import Machine
 from mathpost.path.cl import CLData
 from mathpost.post import proof
 from mathpost.post.options import Options
+from mathpost.post.own_lines import refuse_unproved
 from mathpost.post.own_words import as_run, own_words
 from mathpost.post.report import Report, report_of
 from mathpost.post.steps import Plan, ToolPath, plan, tool_paths
@@ -104,6 +105,7 @@ def run(
     True
     """
     asked = Options.of(machine, **options)
+    refuse_unproved(machine, asked.control)
     progress = progress or (lambda stage: None)
     name = name or Path(cl.name).stem
     paths = tool_paths(cl, machine)

@@ -71,12 +71,17 @@ def moving(kin: Kinematics, joints: np.ndarray) -> np.ndarray:
 def may_be_rapid(kin: Kinematics, joints: np.ndarray, rows: np.ndarray, lines: np.ndarray) -> np.ndarray:
     """Whether each of the moves to some rows of `joints`, shape (n, 5), may be rapid, each axis at its own rate.
 
-    It may if one axis moves alone; or if slides move and nothing else, and the body of the tool stays clear of all
-    `lines` that the path touches, shape (2, k, 3), in which order ever the slides arrive.
+    It may if the body of the tool stays clear of all `lines` that the path touches, shape (2, k, 3): in which order
+    ever the slides arrive, or while a rotary axis turns alone. Of one axis alone there is one way; what the body
+    meets where the tool stands before it, it has cut, and that does not count. Nor does a line along the tool axis
+    in which the way ends: the tool has come down there.
     """
     steps = moving(kin, joints)[rows - 1]
-    found = steps.sum(axis=1) <= 1
-    slides = np.flatnonzero(~found & ~steps[:, 3:].any(axis=1))
+    alone, turns = steps.sum(axis=1) == 1, steps[:, 3:].any(axis=1)
+    found = ~steps.any(axis=1)
+    for move in np.flatnonzero(alone & turns):
+        found[move] = _turns_clear(kin, joints[rows[move] - 1], joints[rows[move]], lines)
+    slides = np.flatnonzero(~found & ~turns)
     length = max(kin.machine.tool_length, LEAST_BODY)
     positions, group = np.unique(joints[rows[slides], 3:].round(9), axis=0, return_inverse=True)
     for number, angles in enumerate(positions):
@@ -90,9 +95,28 @@ def may_be_rapid(kin: Kinematics, joints: np.ndarray, rows: np.ndarray, lines: n
         found[moves] = lowest + ABOVE > (of_lines @ body.axis).max(initial=-np.inf)
         boxes = of_lines.min(axis=0).T.copy(), of_lines.max(axis=0).T.copy()
         for move in np.flatnonzero(~found[moves]):
-            near = body.near(ends[:, move], *boxes)
-            found[moves[move]] = body.clear(ends[:, move], of_lines[:, near])
+            near = of_lines[:, body.near(ends[:, move], *boxes)]
+            if alone[moves[move]]:
+                near = near[:, ~body.meets(ends[[0, 0], move], near)]
+                near = near[:, ~(body.along(near) & body.meets(ends[[1, 1], move], near))]
+            found[moves[move]] = not body.meets(ends[:, move], near).any()
     return found
+
+
+def _turns_clear(kin: Kinematics, start: np.ndarray, end: np.ndarray, lines: np.ndarray) -> bool:
+    """Whether the body stays clear of lines while a rotary axis turns alone: poses a fifth of its radius apart."""
+    if not lines.size:
+        return True
+    share = np.linspace(0, 1, AROUND + 1)
+    tips, _ = kin.forward(start + share[:, None] * (end - start))
+    away = np.linalg.norm(np.diff(tips, axis=0), axis=1).sum() + np.abs(end - start).sum() * kin.machine.tool_length
+    poses = np.linspace(0, 1, int(min(MANY_POINTS, 2 + away / (BODY / 5))))
+    tips, axes = kin.forward(start + poses[:, None] * (end - start))
+    length = max(kin.machine.tool_length, LEAST_BODY)
+    parts = int(min(MANY_POINTS, 2 + np.linalg.norm(lines[1] - lines[0], axis=1).max() / (BODY / 5)))
+    points = (lines[0] + np.linspace(0, 1, parts)[:, None, None] * (lines[1] - lines[0])).reshape(-1, 3)
+    points = points[spread(points)]
+    return not in_body(points[~in_body(points, tips[:1], axes[:1], length)], tips, axes, length).any()
 
 
 class _Body:
@@ -130,31 +154,32 @@ class _Body:
             found = found[(least[axis, found] <= high[axis]) & (greatest[axis, found] >= low[axis])]
         return found
 
-    def surely_meets(self, ends: np.ndarray, lines: np.ndarray) -> bool:
-        """Whether the body, somewhere in the box, has an end or the middle of a line inside; not all are found."""
-        points = np.concatenate([*lines, lines.mean(axis=0)])
+    def along(self, lines: np.ndarray) -> np.ndarray:
+        """Whether each line, (2, k, 3), is along the axis of the body."""
+        return np.linalg.norm(np.cross(lines[1] - lines[0], self.axis), axis=-1) < ABOVE
+
+    def surely_meets(self, ends: np.ndarray, lines: np.ndarray) -> np.ndarray:
+        """Whether the body somewhere in the box has an end or the middle of each line inside; not all are found."""
+        points = np.concatenate([lines, lines.mean(axis=0)[None]])
         tips = ends.mean(axis=0)
         for _ in range(TRIES):  # from the point down the axis, and into the box
             along = np.clip((points - tips) @ self.axis, ABOVE, self.length)
-            tips = np.clip(points - along[:, None] * self.axis, ends.min(axis=0), ends.max(axis=0))
+            tips = np.clip(points - along[..., None] * self.axis, ends.min(axis=0), ends.max(axis=0))
         off = points - tips
         along = off @ self.axis
         beside = np.vecdot(off, off) - along**2
         inside = (along > 2 * ABOVE) & (along < self.length - ABOVE) & (beside < (BODY - ABOVE) ** 2)
-        return bool(inside.any())
+        return inside.any(axis=0)
 
-    def clear(self, ends: np.ndarray, lines: np.ndarray) -> bool:
-        """Whether no line, (2, k, 3), meets the body anywhere in the box of slides between two ends, (2, 3)."""
-        if self.surely_meets(ends, lines):
-            return False
+    def meets(self, ends: np.ndarray, lines: np.ndarray) -> np.ndarray:
+        """Whether each line, (2, k, 3), may meet the body in the box of slides between two ends, (2, 3)."""
+        found = self.surely_meets(ends, lines)
         middle, half = ends.mean(axis=0), np.abs(ends[1] - ends[0]) / 2
         most = np.abs(self.directions) @ half + self.reach  # of box and body together, in each direction
-        tried = 0
-        while lines.size:
-            if tried == len(self.directions):
-                return False
-            some = slice(tried, tried + max(1, TOGETHER // lines.shape[1]))
-            apart = ((lines - middle) @ self.directions[some].T).min(axis=0) > most[some]
-            lines = lines[:, ~apart.any(axis=1)]
-            tried = min(some.stop, len(self.directions))
-        return True
+        left, tried = np.flatnonzero(~found), 0
+        while left.size and tried < len(self.directions):
+            some = slice(tried, tried + max(1, TOGETHER // left.size))
+            apart = ((lines[:, left] - middle) @ self.directions[some].T).min(axis=0) > most[some]
+            left, tried = left[~apart.any(axis=1)], some.stop
+        found[left] = True
+        return found

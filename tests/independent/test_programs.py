@@ -184,8 +184,8 @@ def test_a_cut_after_a_tool_change_is_no_rapid(dialect, tmp_path, capsys):
     tip, axis = spiral(records=3, turns=0.05)
     text = (DATA / "machines/ac_table.toml").read_text(encoding="utf-8")
     change = {
-        "fanuc": '["G0 G53 Z0", "T{tool} M6", "G43 H{tool}"]',
-        "siemens": '["G0 SUPA Z0", "T{tool}", "M6", "D1"]',
+        "fanuc": '["G0 G53 Z390.", "T{tool} M6", "G43 H{tool}"]',
+        "siemens": '["G0 SUPA Z390.", "T{tool}", "M6", "D1"]',
     }
     machine = tmp_path / "machine.toml"
     machine.write_text(f"{text}\n[program]\ntool_change = {change[dialect]}\n", encoding="utf-8")

@@ -643,9 +643,11 @@ def test_a_broken_feed_is_rounded_down(feed):
 
 
 PROGRAM = {
-    "heidenhain": (["L Z+0 R0 FMAX M91"], ["L Z+0 R0 FMAX M91", "M30"], ["L M91 Z+0", "TOOL CALL {tool} Z S500"]),
+    "heidenhain": (
+        ["L Z+390 R0 FMAX M91"], ["L Z+390 R0 FMAX M91", "M30"], ["L M91 Z+395", "TOOL CALL {tool} Z S500"],
+    ),
     "fanuc": (["G54", "(HEAD OF {name})"], ["M5", "G91 G28 Z0", "G90"], ["G91 G28 Z0", "G90 T{tool} M6"]),
-    "siemens": (["G54 ; {name}"], ["SUPA Z0"], ['T="MILL_{tool}" D1', "M6"]),
+    "siemens": (["G54 ; {name}"], ["SUPA Z390"], ['T="MILL_{tool}" D1', "M6"]),
 }  # fmt: skip
 
 

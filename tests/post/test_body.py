@@ -31,8 +31,8 @@ def test_what_is_clear_meets_no_line(seed):
         lines = np.array([starts, starts + rng.uniform(-20, 20, (4, 3))])
         near = lines[:, body.near(ends, lines.min(axis=0).T, lines.max(axis=0).T)]
         clear, sure, depth = (
-            body.clear(ends, near),
-            body.surely_meets(ends, near),
+            not body.meets(ends, near).any(),
+            bool(body.surely_meets(ends, near).any()),
             deepest(axis, length, ends, lines),
         )
         assert not (clear and depth > 0)

@@ -392,7 +392,7 @@ def test_a_head_that_makes_positions_mean_something_else_is_refused(dmu50v, blad
 
 def test_a_tool_change_that_ends_in_rapid_traverse_is_not_gone_on_with(dmu50v):
     cl = cldata.parse("FEDRAT/500\nGOTO/0,0,0\nGOTO/9,0,0\nLOADTL/4\nGOTO/9,0,0\nGOTO/0,5,0\n")
-    data = replace(dmu50v.machine, tool_change=("G0 G53 Z0", "T{tool} M6"))
+    data = replace(dmu50v.machine, tool_change=("G0 G53 Z190.", "T{tool} M6"))
     text = post.run(cl, data, dialect="fanuc").program
     after = text[text.index("T4 M6") :].splitlines()[1]
     assert " G1 " in after and " X9" in after

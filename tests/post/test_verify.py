@@ -195,6 +195,9 @@ SLOT = "G21 G90 G0 X0. Y0. Z5. A0. C0.\nG1 Z-2. F300.\nX50.\n"  # 10 mm wide and
         ("G0 Z5.\nG0 X20. Y4.9 Z-3.\n", 5),  # ends with its body in the line that was cut
         ("G0 Z5.\nG0 X20. Y20.\nG0 X30. Y6. Z-3.\n", None),  # 1 mm beside it at the end, and all the way
         ("G0 Z5.\nG0 X70. Y0.\nG0 X55.1 Y1. Z-9.\n", None),  # stays beyond its end
+        ("G0 Z-1.\nG0 X20.\nG0 Z-9.\n", 6),  # Z alone, down through the bottom of the slot
+        ("G0 Z5.\nG0 Y20.\nG0 Z-9.\nG0 Y-20.\n", 7),  # Y alone, through what is below it
+        ("G0 Z5.\nG53 G0 Z-300.\n", 5),  # a home position that is below the part
         ("G0 Z5.\nG0 X70. Y0.\nG0 X40. Y-20. Z-9.\n", 6),  # X and Z may arrive before Y has left the slot's line
     ],
 )
