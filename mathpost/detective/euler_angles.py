@@ -28,6 +28,7 @@ from mathpost.detective.misreadings import (
     wordings,
     written,
 )
+from mathpost.detective.notations import read
 from mathpost.errors import InputError, as_array
 from mathpost.euler import SEQUENCES
 
@@ -67,7 +68,8 @@ def explain(
     """Return the misreadings of three Euler angles that give `answer`, the simplest first.
 
     The right way is that of source 000: the coordinates of a fixed point in a frame turned by the first angle about
-    the first axis, by the second about the new second and by the third about the newest third axis.
+    the first axis, by the second about the new second and by the third about the newest third axis; of a `sequence`
+    in lower case, such as ``"xyz"``, about the fixed ones.
 
     `angles`, shape (3,), are degrees, as they were given, about the axes of `sequence`. `point` has the shape (3,),
     or (n, 3) for points that one misreading must explain together, and `answer` its shape; or `point` is None and
@@ -84,6 +86,8 @@ def explain(
     >>> print(found.misreadings[0])
     the final transpose is missing: E_z(−α)·E_x(−β)·E_z(−γ)·p
     """
+    fixed = sequence.islower()
+    sequence = sequence.upper() if fixed else sequence
     if sequence not in SEQUENCES:
         raise InputError("sequence", "three axes such as 'ZXZ', no two neighbours alike", repr(sequence))
     values = as_array(angles, 3, "angles")
@@ -109,6 +113,7 @@ def explain(
         decimals=written_decimals(answer) if decimals is None else decimals,
         placings=placings,
         is_matrix=is_matrix,
+        fixed=fixed,
     )
     # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
     exact = replace(case, decimals=9).explain(target.shape) if case.decimals == 0 else None
@@ -178,6 +183,7 @@ class _Case:
     decimals: int
     placings: tuple[Factors, ...]  # the factors to start from, those of the right place first
     is_matrix: bool
+    fixed: bool = False
     slack: float = 1.0
 
     @property
@@ -246,8 +252,8 @@ class _Case:
 
         Returns factors, wordings and further slips of the fits, how many were tried, and their costs in order.
         """
-        factors, products = _products(axes, depth, tuple(self.angles.tolist()))
-        same = list(wordings().values())
+        factors, products = _products(axes, depth, tuple(self.angles.tolist()), self.fixed)
+        same = list(wordings(self.fixed).values())
         if self.is_matrix:
             same = [[wording for wording in of_one if not wording.row] for of_one in same]
         values = np.einsum("fkij,nj->fkni", products, self.points)
@@ -312,7 +318,7 @@ class _Case:
     def what_is_known(self) -> str:
         """Say why no misreading can fit, or which simple one gives all coordinates but one."""
         simple = [each for each in all_factors(self.placings[0].axes, 2) if len(each.slips) < 2]
-        for match in starmap(_Match, product(simple, wordings().values())):
+        for match in starmap(_Match, product(simple, wordings(self.fixed).values())):
             if len(match.slips) < 2:
                 off = np.abs(match.value(self.angles, self.points) - self.target) > self.tolerance
                 if off.sum() == 1 and self.decimals > 1:
@@ -320,6 +326,8 @@ class _Case:
                     name = f"row {column + 1}, column {row + 1}" if self.is_matrix else "xyz"[column]
                     rest = f"fits this misreading: {match.sentence}" if match.slips else "is right"
                     return f"Only {name} is off, the rest {rest}."
+        if self.is_matrix and np.linalg.det(self.target) < 0:
+            return read("matrix", self.target.T).fault
         lengths, given = np.linalg.norm(self.target, axis=1), np.linalg.norm(self.points, axis=1)
         worst = np.abs(lengths - given).argmax()
         if abs(lengths[worst] - given[worst]) > 2 * self.tolerance:
@@ -333,10 +341,10 @@ class _Case:
 
 
 @lru_cache(maxsize=4)
-def _products(axes: str, depth: int, angles: tuple[float, ...]) -> tuple[list[Factors], np.ndarray]:
+def _products(axes: str, depth: int, angles: tuple[float, ...], fixed: bool) -> tuple[list[Factors], np.ndarray]:
     """The factors of a depth that matter for `angles`, and their matrices, (factors, wordings, 3, 3)."""
     factors = [each for each in all_factors(axes, depth) if each.matters(np.array(angles))]
-    return factors, matrices(factors, list(wordings()), np.array(angles))
+    return factors, matrices(factors, list(wordings(fixed)), np.array(angles))
 
 
 def _product(match: _Match) -> bytes:

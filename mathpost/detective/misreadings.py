@@ -172,9 +172,12 @@ class Factors(Misread):
         return set(self.meaning) == {"degrees"} or not np.array_equal(meant, angles)
 
 
-@lru_cache(maxsize=1)
-def wordings() -> dict[Key, list[Wording]]:
-    """Return the 48 products: a dict from `Wording.key` to its wordings, the simplest first."""
+@lru_cache(maxsize=2)
+def wordings(fixed: bool = False) -> dict[Key, list[Wording]]:
+    """Return the 48 products: a dict from `Wording.key` to its wordings, the simplest first.
+
+    About `fixed` axes the right order of the factors is the opposite one.
+    """
     found: dict[Key, list[Wording]] = {}
     everything = product(
         (0, 1), (False, True), permutations(range(3)), product((1, -1), repeat=3), (False, True), (False, True)
@@ -183,9 +186,10 @@ def wordings() -> dict[Key, list[Wording]]:
         slips = []
         if active:
             slips.append(Slip("active", 1, "the elementary matrices are active where passive ones belong"))
-        right_order = (0, 1, 2) if recipe else (2, 1, 0)
+        right_order = (0, 1, 2) if bool(recipe) != fixed else (2, 1, 0)
         if order != right_order:
             phrase = f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}"
+            phrase += ", as about turned axes" * (fixed and order == right_order[::-1])
             slips.append(Slip("order", 1 if order == right_order[::-1] else 1.25, phrase))
         flipped = [ANGLES[n] for n in range(3) if flips[n] < 0]
         if len(flipped) == 3:

@@ -77,13 +77,13 @@ def _of_rotation(options: argparse.Namespace) -> Explanation:
     if options.matrix is not None:
         _need(options, "angles")
         answer = [options.matrix[n : n + 3] for n in (0, 3, 6)]
-        return explain(options.angles, None, answer, sequence=options.sequence.upper(), origin=options.origin)
+        return explain(options.angles, None, answer, sequence=options.sequence, origin=options.origin)
     if given and options.result and not options.point and len(options.result) == 1:
         sequences = {"sequence": options.sequence, "answer_sequence": options.result_sequence}
         return explain_rotation(given, options.result[0], **sequences)
     _need(options, "angles")
     point, result = _rows(options, "point", "result")
-    return explain(options.angles, point, result, sequence=options.sequence.upper(), origin=options.origin)
+    return explain(options.angles, point, result, sequence=options.sequence, origin=options.origin)
 
 
 def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:

@@ -77,6 +77,24 @@ def test_other_sequences(sequence):
     assert "transpose" in explain(SOMEWHERE, POINT, missing, sequence=sequence).misreadings[0].kinds
 
 
+@pytest.mark.parametrize("sequence", ["xyz", "zyx", "xzx", "yxz"])
+def test_lower_case_means_fixed_axes(sequence):
+    angles, point = [30, 60, 10], np.array([20, -10, 30])
+    fixed, turned = (
+        Rotation.from_euler(s, angles, degrees=True).inv().apply(point) for s in (sequence, sequence.upper())
+    )
+    assert explain(angles, point, fixed.round(6), sequence=sequence).right
+    found = explain(angles, point, turned.round(6), sequence=sequence)
+    assert "as about turned axes" in str(found) and not found.right
+
+
+def test_a_reflection_is_called_one():
+    found = explain(
+        [20, 30, 40], None, np.diag([1.0, -1, 1]) @ Rotation.from_euler("y", 20, degrees=True).as_matrix()
+    )
+    assert "a reflection, left-handed axes" in found.note
+
+
 @settings(max_examples=40, deadline=None)
 @given(
     key=st.sampled_from(sorted(wordings())),
