@@ -28,8 +28,6 @@ def _sheets(name):
 
 SHEETS = _sheets("strangers.jsonl")  # on which rules were made
 FRESH = _sheets("fresh.jsonl")  # and these on which none was: by them it was measured which rules are needed
-# Wrong and passed, by what no rule looks at: a slip before a number of the machine that is 0.
-PASSED = {"r001", "r002", "r003"}
 
 
 def given_by(options):
@@ -74,7 +72,7 @@ def agrees(sheet, report):
 KEPT = "p010 I005 Y016 Y022 Z007 Z018 Z038 MZ014 MY057 MY052 MY095 MZ035 P10 R41".split()
 
 
-@pytest.mark.parametrize(("sheets", "step", "share"), [(SHEETS, 12, 0.8), (FRESH, 3, 0.88)])
+@pytest.mark.parametrize(("sheets", "step", "share"), [(SHEETS, 12, 0.75), (FRESH, 3, 0.88)])
 def test_strangers_sheets(sheets, step, share, of, tmp_path):
     """No right sheet is wrong, no wrong one right; most are judged, and the first wrong cell is the author's."""
     names = [name for n, name in enumerate(sheets) if n % of(step, 1) == 0 or name in KEPT]
@@ -88,7 +86,7 @@ def test_strangers_sheets(sheets, step, share, of, tmp_path):
             agreed += sheet["verdict"] == "refused"
             continue
         false = {"right": "wrong", "wrong": "right"}.get(sheet["verdict"])
-        assert report.verdict != false or name in PASSED, f"{name}, {sheet['first']}: {report}"
+        assert report.verdict != false, f"{name}, {sheet['first']}: {report}"
         agreed += agrees(sheet, report)
     assert agreed >= share * len(names), f"{agreed} of {len(names)}"
 
