@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, product, starmap
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,11 +18,12 @@ from numpy.typing import ArrayLike
 from mathpost.detective.digits import half_digit, written_decimals
 from mathpost.detective.explanation import CHANCE, UNROUNDED, Explanation, Match, Slip, grouped, told
 from mathpost.detective.misreadings import (
-    NOWHERE,
     Factors,
     Wording,
+    about_origin,
     all_factors,
     matrices,
+    onto_origin,
     trade_name,
     wordings,
     written,
@@ -64,6 +64,7 @@ def explain(
     decimals: int | None = None,
     sequence: str = "ZXZ",
     origin: ArrayLike | None = None,
+    convention: str = "passive",
 ) -> Explanation:
     """Return the misreadings of three Euler angles that give `answer`, the simplest first.
 
@@ -77,6 +78,9 @@ def explain(
     `decimals` says how many digits after the point count. `origin`, shape (3,), is that of the turned frame: the
     right answer then belongs to the point minus the origin.
 
+    By the `convention` ``"active"`` the right answer is the other one: the point turned by the three angles, plus
+    the origin, or the matrix that does it.
+
     The result is an `Explanation`. `InputError` if an argument is not finite numbers of that shape or names no
     axes, or if the point is the origin, which no misreading moves.
 
@@ -86,7 +90,9 @@ def explain(
     >>> print(found.misreadings[0])
     the final transpose is missing: E_z(−α)·E_x(−β)·E_z(−γ)·p
     """
-    fixed = sequence.islower()
+    if convention not in ("passive", "active"):
+        raise InputError("convention", "'passive' or 'active'", repr(convention))
+    fixed, turned = sequence.islower(), convention == "active"
     sequence = sequence.upper() if fixed else sequence
     if sequence not in SEQUENCES:
         raise InputError("sequence", "three axes such as 'ZXZ', no two neighbours alike", repr(sequence))
@@ -103,7 +109,7 @@ def explain(
     is_matrix = point is None
     placings: tuple[Factors, ...] = (Factors(sequence, point="" if is_matrix else "p"),)
     if origin is not None and not is_matrix:
-        placings = _about(centre, sequence)
+        placings = onto_origin(centre, sequence) if turned else about_origin(centre, sequence)
     case = _Case(
         angles=values,
         points=np.atleast_2d(points),
@@ -113,30 +119,11 @@ def explain(
         decimals=written_decimals(answer) if decimals is None else decimals,
         placings=placings,
         is_matrix=is_matrix,
-        fixed=fixed,
+        convention=(fixed, turned),
     )
     # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
     exact = replace(case, decimals=9).explain(target.shape) if case.decimals == 0 else None
     return exact if exact and exact.explained else case.explain(target.shape)
-
-
-def _about(origin: np.ndarray, sequence: str) -> tuple[Factors, ...]:
-    """The factors to start from if the point is to be taken relative to `origin`; the first are right."""
-    o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
-    right = Factors(sequence, before=minus, point="(p − o)")
-    centre = "the origin is added again after the rotation: it is taken for the centre of rotation"
-    slips = (
-        Slip("origin", 1, "the origin is not subtracted", {"before": NOWHERE, "point": "p"}),
-        Slip("origin", 1, "the origin is added, not subtracted", {"before": o, "point": "(p + o)"}),
-        Slip("centre", 1, centre, {"after": o, "added": " + o"}),
-        Slip("origin", 1.1, "the origin is subtracted after the rotation", _later(minus, " − o")),
-        Slip("origin", 1.25, "the origin is added after the rotation", _later(o, " + o")),
-    )
-    return (right, *(right.misread(slip) for slip in slips))
-
-
-def _later(after: tuple[float, ...], added: str) -> dict[str, Any]:
-    return {"before": NOWHERE, "after": after, "point": "p", "added": added}
 
 
 @dataclass(frozen=True)
@@ -161,7 +148,9 @@ class _Match(Match):
     @property
     def sentence(self) -> str:
         """The mistake in words, and whose convention it is."""
-        known_as = trade_name(self.wordings[0], self.factors) if self.slips else ""
+        if not self.slips:
+            return "right, active" if self.wordings[0].active else "right"
+        known_as = trade_name(self.wordings[0], self.factors)
         return super().sentence + (f" (as {known_as})" if known_as else "")
 
     def value(self, angles: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -183,7 +172,7 @@ class _Case:
     decimals: int
     placings: tuple[Factors, ...]  # the factors to start from, those of the right place first
     is_matrix: bool
-    fixed: bool = False
+    convention: tuple[bool, bool] = (False, False)  # whether about fixed axes, and whether the point is turned
     slack: float = 1.0
 
     @property
@@ -219,7 +208,17 @@ class _Case:
             value = value.T if self.is_matrix else value.reshape(shape)
             misreadings.append(told([first, *others], value))
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
+        if groups and not note and (said := self.inverse(groups[0][0])):
+            note = said
         return Explanation(tuple(misreadings), self.tolerance, tried, note)
+
+    def inverse(self, match: _Match) -> str:
+        """Say that the other convention has this answer, if it does."""
+        fixed, turned = self.convention
+        right = next(same[0] for same in wordings(fixed, not turned).values() if not same[0].slips)
+        if match.factors.slips or match.wordings[0].key != right.key:
+            return ""
+        return f"By the other convention it is right: {'passive' if turned else 'active'}."
 
     def likely(self, depth: int, placing: Factors) -> tuple[list[_Match], int]:
         """Return the matches at `depth` that are not accidental, and how many were tried."""
@@ -228,7 +227,7 @@ class _Case:
         right = self.placings[0]
         matches = []
         for factors, same, slips in found:
-            placed = replace(factors, before=right.before, point=right.point)
+            placed = replace(factors, before=right.before, point=right.point, after=right.after, added=right.added)
             matches.append(_Match(placed.misread(*placing.slips, *slips), same))
         return [match for match in matches if turned.chance(costs, match) < CHANCE], count
 
@@ -252,8 +251,8 @@ class _Case:
 
         Returns factors, wordings and further slips of the fits, how many were tried, and their costs in order.
         """
-        factors, products = _products(axes, depth, tuple(self.angles.tolist()), self.fixed)
-        same = list(wordings(self.fixed).values())
+        factors, products = _products(axes, depth, tuple(self.angles.tolist()), self.convention)
+        same = list(wordings(*self.convention).values())
         if self.is_matrix:
             same = [[wording for wording in of_one if not wording.row] for of_one in same]
         values = np.einsum("fkij,nj->fkni", products, self.points)
@@ -318,7 +317,7 @@ class _Case:
     def what_is_known(self) -> str:
         """Say why no misreading can fit, or which simple one gives all coordinates but one."""
         simple = [each for each in all_factors(self.placings[0].axes, 2) if len(each.slips) < 2]
-        for match in starmap(_Match, product(simple, wordings(self.fixed).values())):
+        for match in starmap(_Match, product(simple, wordings(*self.convention).values())):
             if len(match.slips) < 2:
                 off = np.abs(match.value(self.angles, self.points) - self.target) > self.tolerance
                 if off.sum() == 1 and self.decimals > 1:
@@ -327,7 +326,8 @@ class _Case:
                     rest = f"fits this misreading: {match.sentence}" if match.slips else "is right"
                     return f"Only {name} is off, the rest {rest}."
         if self.is_matrix and np.linalg.det(self.target) < 0:
-            return read("matrix", self.target.T).fault
+            reflection = read("matrix", self.target.T)
+            return f"{reflection.fault} {reflection.remedy.rstrip(':')}."
         lengths, given = np.linalg.norm(self.target, axis=1), np.linalg.norm(self.points, axis=1)
         worst = np.abs(lengths - given).argmax()
         if abs(lengths[worst] - given[worst]) > 2 * self.tolerance:
@@ -341,10 +341,12 @@ class _Case:
 
 
 @lru_cache(maxsize=4)
-def _products(axes: str, depth: int, angles: tuple[float, ...], fixed: bool) -> tuple[list[Factors], np.ndarray]:
+def _products(
+    axes: str, depth: int, angles: tuple[float, ...], convention: tuple[bool, bool]
+) -> tuple[list[Factors], np.ndarray]:
     """The factors of a depth that matter for `angles`, and their matrices, (factors, wordings, 3, 3)."""
     factors = [each for each in all_factors(axes, depth) if each.matters(np.array(angles))]
-    return factors, matrices(factors, list(wordings(fixed)), np.array(angles))
+    return factors, matrices(factors, list(wordings(*convention)), np.array(angles))
 
 
 def _product(match: _Match) -> bytes:

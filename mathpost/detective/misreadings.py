@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, permutations, product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -172,11 +173,50 @@ class Factors(Misread):
         return set(self.meaning) == {"degrees"} or not np.array_equal(meant, angles)
 
 
-@lru_cache(maxsize=2)
-def wordings(fixed: bool = False) -> dict[Key, list[Wording]]:
+def about_origin(origin: np.ndarray, sequence: str) -> tuple[Factors, ...]:
+    """The factors to start from if the point is to be taken relative to `origin`; the first are right."""
+    o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
+    right = Factors(sequence, before=minus, point="(p − o)")
+    centre = "the origin is added again after the rotation: it is taken for the centre of rotation"
+    slips = (
+        Slip("origin", 1, "the origin is not subtracted", {"before": NOWHERE, "point": "p"}),
+        Slip("origin", 1, "the origin is added, not subtracted", {"before": o, "point": "(p + o)"}),
+        Slip("centre", 1, centre, {"after": o, "added": " + o"}),
+        Slip("origin", 1.1, "the origin is subtracted after the rotation", _later(minus, " − o")),
+        Slip("origin", 1.25, "the origin is added after the rotation", _later(o, " + o")),
+    )
+    return (right, *(right.misread(slip) for slip in slips))
+
+
+def onto_origin(origin: np.ndarray, sequence: str) -> tuple[Factors, ...]:
+    """The same where the point is turned, and the origin of the turned frame added."""
+    o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
+    right = Factors(sequence, after=o, added=" + o")
+    centre = "the origin is subtracted first: it is taken for the centre of rotation"
+    slips = (
+        Slip("origin", 1, "the origin is not added", {"after": NOWHERE, "added": ""}),
+        Slip("origin", 1, "the origin is subtracted, not added", _later(minus, " − o")),
+        Slip("centre", 1, centre, {"before": minus, "point": "(p − o)"}),
+        Slip("origin", 1.1, "the origin is added before the rotation", _before(o, "(p + o)")),
+        Slip("origin", 1.25, "the origin is subtracted before the rotation", _before(minus, "(p − o)")),
+    )
+    return (right, *(right.misread(slip) for slip in slips))
+
+
+def _before(before: tuple[float, ...], point: str) -> dict[str, Any]:
+    return {"before": before, "after": NOWHERE, "point": point, "added": ""}
+
+
+def _later(after: tuple[float, ...], added: str) -> dict[str, Any]:
+    return {"before": NOWHERE, "after": after, "point": "p", "added": added}
+
+
+@lru_cache(maxsize=4)
+def wordings(fixed: bool = False, turned: bool = False) -> dict[Key, list[Wording]]:
     """Return the 48 products: a dict from `Wording.key` to its wordings, the simplest first.
 
-    About `fixed` axes the right order of the factors is the opposite one.
+    About `fixed` axes the right order of the factors is the opposite one; so it is if the point itself is `turned`
+    (active), by active elementary matrices.
     """
     found: dict[Key, list[Wording]] = {}
     everything = product(
@@ -184,9 +224,11 @@ def wordings(fixed: bool = False) -> dict[Key, list[Wording]]:
     )
     for recipe, active, order, flips, transpose_wrong, row in everything:
         slips = []
-        if active:
-            slips.append(Slip("active", 1, "the elementary matrices are active where passive ones belong"))
-        right_order = (0, 1, 2) if bool(recipe) != fixed else (2, 1, 0)
+        if active != turned:
+            found_and_right = ("active", "passive") if active else ("passive", "active")
+            phrase = "the elementary matrices are {} where {} ones belong".format(*found_and_right)
+            slips.append(Slip("active", 1, phrase))
+        right_order = (2, 1, 0) if (fixed != turned) == bool(recipe) else (0, 1, 2)
         if order != right_order:
             phrase = f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}"
             phrase += ", as about turned axes" * (fixed and order == right_order[::-1])
@@ -328,7 +370,8 @@ def trade_name(wording: Wording, factors: Factors) -> str:
     Both trades mean the frame Rz·Ry·Rx: KUKA gives the angle about Z first, Fanuc the one about X. The frame, or
     its inverse, turns the point. In a left-handed system all angles count the other way.
     """
-    if wording.key == COMMON["active elements"] and all(slip.changes.keys() <= OUTSIDE for slip in factors.slips):
+    left_handed = [slip.kind for slip in wording.slips] == ["active"] and not wording.recipe
+    if left_handed and all(slip.changes.keys() <= OUTSIDE for slip in factors.slips):
         return "in a left-handed system"
     name, order = TRADE.get(factors.axes, ("", ()))
     frame, inverse = (order, (-1, -1, -1)), (order[::-1], (1, 1, 1))

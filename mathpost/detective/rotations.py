@@ -28,6 +28,7 @@ from mathpost.detective.explanation import (
     grouped,
     told,
 )
+from mathpost.detective.notations import read
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import as_rotation
 
@@ -102,7 +103,10 @@ def _near_rotation(matrix: np.ndarray, half: float, where: str) -> None:
     """Refuse a matrix that is not a rotation to its digits: a coarsely written one means the nearest rotation."""
     left, _, right = np.linalg.svd(matrix)
     nearest = left @ right
-    if np.linalg.det(nearest) < 0 or np.abs(nearest - matrix).max() > 2 * half + 2e-6:
+    if np.linalg.det(nearest) < 0:
+        reflection = read("matrix", matrix)
+        raise InputError(where, "a rotation", f"{reflection.fault} {reflection.remedy.rstrip(':')}")
+    if np.abs(nearest - matrix).max() > 2 * half + 2e-6:
         as_rotation(matrix, where)  # says what is wrong
         raise InputError(where, "a rotation", "none to its digits")
 
@@ -214,11 +218,11 @@ def _compared(given: _Said, answer: _Said) -> Explanation:
     answers = _readings(answer, simple=answer.kind != "angles" or given.kind == "angles")
     if answer.kind == given.kind == "angles":
         answers = [_Reading(_in_the_answer(slips), axes) for axes, slips in _sequences(answer.sequence)]
-    for read in answers:
-        wanted = read.matrix(answer.kind, answer.values)
+    for way in answers:
+        wanted = way.matrix(answer.kind, answer.values)
         off = np.abs(matrices - wanted).max(axis=(1, 2))
         tried += len(both)
-        matches += [_Match(both[n], read) for n in np.flatnonzero(off <= allowed)]
+        matches += [_Match(both[n], way) for n in np.flatnonzero(off <= allowed)]
     matches = [match for match in matches if len(match.slips) < 3]
     right = [match for match in matches if not match.slips]
     if right:

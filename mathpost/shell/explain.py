@@ -31,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--quaternion", nargs=4, type=number, metavar=("W", "X", "Y", "Z"), help="instead of angles")
     add("--sequence", default="ZXZ", metavar="AXES", help="of the angles: ZXZ about turned, zxz about fixed axes")
     add("--result-sequence", metavar="AXES", help="of the angles of the result, if others")
+    add("--convention", choices=("passive", "active"), help="passive, as points are "
+        "read: coordinates in the turned frame; active, as a --result alone is: turned with it")  # fmt: skip
     add("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="may be given again")
     add("--origin", **THREE, metavar=("X", "Y", "Z"), help="of the turned frame")
     add("--matrix", nargs=9, type=number, metavar="M", help="the answer, row by row, instead of points")
@@ -74,16 +76,27 @@ def _rows(options: argparse.Namespace, *names: str) -> list[list]:
 def _of_rotation(options: argparse.Namespace) -> Explanation:
     """Explain an answer that involves no machine."""
     given = options.angles or options.quaternion
+    of_points = {
+        "sequence": options.sequence,
+        "origin": options.origin,
+        "convention": options.convention or "passive",
+    }
     if options.matrix is not None:
         _need(options, "angles")
         answer = [options.matrix[n : n + 3] for n in (0, 3, 6)]
-        return explain(options.angles, None, answer, sequence=options.sequence, origin=options.origin)
+        return explain(options.angles, None, answer, **of_points)
     if given and options.result and not options.point and len(options.result) == 1:
         sequences = {"sequence": options.sequence, "answer_sequence": options.result_sequence}
-        return explain_rotation(given, options.result[0], **sequences)
+        return explain_rotation(given, _active(options.result[0], options.convention), **sequences)
     _need(options, "angles")
     point, result = _rows(options, "point", "result")
-    return explain(options.angles, point, result, sequence=options.sequence, origin=options.origin)
+    return explain(options.angles, point, result, **of_points)
+
+
+def _active(numbers: list[str], convention: str | None) -> list[str]:
+    """The numbers of a rotation, those of a passive matrix transposed."""
+    passive_matrix = convention == "passive" and len(numbers) == 9
+    return [numbers[3 * column + row] for row in range(3) for column in range(3)] if passive_matrix else numbers
 
 
 def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:

@@ -92,7 +92,32 @@ def test_a_reflection_is_called_one():
     found = explain(
         [20, 30, 40], None, np.diag([1.0, -1, 1]) @ Rotation.from_euler("y", 20, degrees=True).as_matrix()
     )
-    assert "a reflection, left-handed axes" in found.note
+    assert "a reflection, left-handed axes" in found.note and "With Y (column 2) turned round" in found.note
+
+
+@pytest.mark.parametrize("sequence", ["ZXZ", "xyz", "ZYX", "yxz"])
+def test_active_is_right_where_it_was_said(sequence):
+    angles, point, origin = [30, 60, 10], np.array([20, -10, 30]), np.array([5, -7, 11])
+    turned = Rotation.from_euler(sequence, angles, degrees=True)
+    active = {"sequence": sequence, "convention": "active"}
+    assert explain(angles, point, turned.apply(point).round(6), **active).right
+    assert explain(angles, None, turned.as_matrix().round(6), **active).right
+    passive = explain(angles, point, turned.inv().apply(point).round(6), **active)
+    assert not passive.right and "right: passive" in passive.note
+    assert "right: active" in explain(angles, point, turned.apply(point).round(6), sequence=sequence).note
+    assert "left-handed" in str(explain(angles, point, _negated(sequence, angles).apply(point).round(6), **active))
+    placed = {**active, "origin": origin}
+    assert explain(angles, point, (turned.apply(point) + origin).round(6), **placed).right
+    for answer, said in (
+        (turned.apply(point), "is not added"),
+        (turned.apply(point - origin) + origin, "the centre of rotation"),
+        (turned.apply(point + origin), "added before"),
+    ):
+        assert said in explain(angles, point, answer.round(6), **placed).misreadings[0].sentence
+
+
+def _negated(sequence, angles):
+    return Rotation.from_euler(sequence, np.negative(angles), degrees=True)
 
 
 @settings(max_examples=40, deadline=None)

@@ -104,6 +104,8 @@ def test_a_matrix_of_which_one_column_is_too_long_is_no_rotation(column):
         ("--angles 0 180 0 --sequence XYZ --result 180 0 180", 0, "the same rotation"),
         ("--angles 20 35 50 --sequence xyz --result 20 35 50 --result-sequence YXZ", 1, "differ by"),
         ("--quaternion 0.5 0.5 0.5 0.5 --result 0 0 1 1 0 0 0 1 0", 0, "the same rotation"),
+        ("--quaternion 0.5 0.5 0.5 0.5 --convention passive --result 0 1 0 0 0 1 1 0 0", 0, "the same rotation"),
+        ("--quaternion 0.5 0.5 0.5 0.5 --result 0 0 1 1 0 0 0 -1 0", 2, "(column 3) turned round"),
         ("--quaternion 0.5 0.5 0.5 0.5 --sequence ZXZ", 2, "--angles"),
     ],
 )
