@@ -89,6 +89,7 @@ class Control:
     # What F is in a block with TCP that only turns: "degrees" a minute, "rates" of the axes. Or "time": every block
     # that turns states its time, with TCP too, in which no axis exceeds its rate.
     turning_feed: str
+    rotary_feed: str  # what F is without TCP in one: "degrees" a minute, or "tip", mm a minute on the part
     without_tcp: tuple[str, ...]  # how lines begin before which TCP is switched off, and on again behind them
     between_blocks: str  # what it does there: one of `BETWEEN_BLOCKS`
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
@@ -345,6 +346,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         rapid=motion.take("rapid", some_text, "the word of rapid traverse"),
         rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
         turning_feed=motion.take("turning_feed", *one_of("degrees", "rates", "time"), "degrees"),
+        rotary_feed=motion.take("rotary_feed", *one_of("degrees", "tip"), "degrees"),
         between_blocks=motion.take("between_blocks", *one_of(*BETWEEN_BLOCKS), "look-ahead"),
         without_tcp=tuple(motion.take("without_tcp", *LINES, ())),
         inverse_time=tuple(

@@ -40,6 +40,8 @@ class Program:
     lines: np.ndarray  # shape (n,), the line of the text that each move is on
     machines: list[tuple[int, Machine]]  # from which move on, the machine with the tool that it then has
     skipped: dict[str, int]  # words that move no axis, by their kind: how often they occur
+    began: np.ndarray  # shape (j,), words from where the first move goes, NaN if nobody knows
+    dwell: float  # seconds that it waits, by words that say so
     assumed: tuple[str, ...]  # what was assumed, as sentences
 
 
@@ -67,7 +69,15 @@ def follow(
     if lines.control.whole_numbers and (found := whole_number(text, lines.names)):
         lines.notes["no point"] = found
     assumed = (*lines.at.assumed, *lines.assumed())
-    return Program(Blocks(words.T, feeds, seconds, rapid, tcp), numbers, machines, dict(lines.skipped), assumed)
+    return Program(
+        Blocks(words.T, feeds, seconds, rapid, tcp),
+        numbers,
+        machines,
+        dict(lines.skipped),
+        lines.began,
+        lines.dwell,
+        assumed,
+    )
 
 
 class Lines(Track):
@@ -105,6 +115,7 @@ class Lines(Track):
         self.texts: list[str] = []  # of the program
         self.variables = Variables(control.variables, control.words)
         self.skipped: Counter[str] = Counter()
+        self.dwell = 0.0
         self.unit_stated = False
         self.machines = [(0, machine)]
 
@@ -273,6 +284,9 @@ class Lines(Track):
             self.pending = tool_name(values[0])
         elif meaning == "length":
             self.load(tool_name(values[0]))
+        elif meaning.startswith("dwell "):
+            in_seconds = meaning == "dwell seconds" or "." in values[0]
+            self.dwell += float(values[0]) / (1 if in_seconds else 1000)
         elif meaning.startswith("TCP "):
             self.vectors = meaning == "TCP on with vectors"
             self.at.change(tcp=meaning != "TCP off")

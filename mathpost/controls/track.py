@@ -26,6 +26,7 @@ class Track(bulk.Reader):
         self.turning = False  # whether a line only turns axes: that may be the way to the first position
         self.changed = False  # whether a tool was changed
         self.kept: set[int] = set()  # rotary axes, by number, that nothing has named since then
+        self.began = np.full(len(self.names), np.nan)  # words from where the first move goes
         self.notes: dict[str, tuple[int, str]] = {}  # what is taken for granted: its first line and word there
 
     def note(self, kind: str, word: str) -> None:
@@ -35,11 +36,17 @@ class Track(bulk.Reader):
     def put(self, points: np.ndarray, line: Line, rapid: np.ndarray | None = None) -> None:
         """Take moves to points, words of shape (n, j), that one line asks for."""
         count = len(points)
+        self.begin()
         resolved = np.c_[self.at.resolved(points[:, :3]), points[:, 3:]].T
         seconds = np.full(count, line.seconds / count)
         fast = np.full(count, line.rapid) if rapid is None else np.array(rapid)
         self.emit(resolved, np.full(count, self.feed), seconds, fast, np.zeros(count, int), self.at.on_tip)
         self.at.words = points[-1].copy()
+
+    def begin(self) -> None:
+        """Keep from where the first move goes."""
+        if not self.count:
+            self.began = np.r_[self.at.resolved(self.at.words[None, :3])[0], self.at.words[3:]]
 
     def stand(self, place: np.ndarray) -> None:
         """Go to joints and angles, shape (j,), in rapid traverse, whatever the words name."""
@@ -63,6 +70,7 @@ class Track(bulk.Reader):
         self.kept -= set(np.flatnonzero(~np.isnan(words[:, :until]).all(axis=1)).tolist())
         for row, before in zip(words, self.at.words, strict=True):
             row[:] = bulk.held(row, before)
+        self.begin()
         feeds = bulk.held(feeds, self.feed)
         self.at.words, self.feed = words[:, -1].copy(), feeds[-1]
         self.emit(words, feeds, seconds, rapid, numbers, self.at.tcp)

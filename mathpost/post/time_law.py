@@ -154,8 +154,8 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
     """Return the motion that a program asks for: joints at the block ends, (n, 5), and seconds per move, (n - 1,).
 
     A rapid move takes as long as its slowest axis needs, a move at feed at least as long as the feed of the tip
-    asks, and a block that states its time at least that time. With TCP, where only rotary axes turn, F may be
-    degrees per minute.
+    asks, and a block that states its time at least that time. Where only rotary axes turn, F may be degrees per
+    minute: with TCP by `Control.turning_feed`, without by `Control.rotary_feed`.
     """
     joints, seconds = joints_of(kin, blocks), np.empty(max(len(blocks.words) - 1, 0))
     for moves in slices(seconds.shape):
@@ -167,12 +167,14 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
 def _asked_by(kin: Kinematics, blocks: Blocks, joints: np.ndarray, control: Control) -> np.ndarray:
     """The seconds of `asked_by`."""
     at_feed = ~blocks.rapid[1:]
-    seconds = block_times(kin.machine, joints, kin.forward(joints)[0], blocks.feeds[1:], at_feed)
+    steps, tcp = np.abs(np.diff(blocks.words, axis=0)), blocks.tcp[1:] & blocks.tcp[:-1]
+    only_turns = at_feed & ~steps[:, :3].any(axis=1)
+    in_degrees = only_turns & ~blocks.tcp[1:] & ~blocks.tcp[:-1] & (control.rotary_feed == "degrees")
+    seconds = block_times(kin.machine, joints, kin.forward(joints)[0], blocks.feeds[1:], at_feed & ~in_degrees)
+    degrees = np.where(in_degrees, np.linalg.norm(steps[:, 3:], axis=1), 0)
     if control.turning_feed != "rates":
-        steps = np.abs(np.diff(blocks.words, axis=0))
-        only_turns = at_feed & blocks.tcp[1:] & blocks.tcp[:-1] & ~steps[:, :3].any(axis=1)
-        degrees = np.where(only_turns, steps[:, 3:].max(axis=1), 0)
-        seconds = np.fmax(seconds, 60 * degrees / blocks.feeds[1:])
+        degrees = np.where(only_turns & tcp, steps[:, 3:].max(axis=1), degrees)
+    seconds = np.fmax(seconds, 60 * degrees / blocks.feeds[1:])
     return np.fmax(seconds, blocks.seconds[1:])
 
 

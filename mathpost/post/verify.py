@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mathpost.controls.blocks import Blocks, joined
 from mathpost.controls.control import Control, control_for
 from mathpost.controls.coordinates import Setup
 from mathpost.controls.reader import Program, follow
@@ -336,9 +337,13 @@ def _rapid_ways(
 
 
 def _seconds(program: Program, control: Control) -> float:
-    total, edges = 0.0, [first for first, _ in program.machines] + [len(program.lines)]
+    total, edges = program.dwell, [first for first, _ in program.machines] + [len(program.lines)]
     for (first, machine), stop in zip(program.machines, edges[1:], strict=True):
         part = program.blocks[first:stop]
+        if not first and not np.isnan(program.began).any():
+            missing = np.array([np.nan])
+            start = Blocks(program.began[None], missing, missing, np.array([True]), part.tcp[:1])
+            part = joined([start, part])
         if len(part.words) > 1:
             joints, asked = asked_by(Kinematics(machine), part, control)
             total += float(time_law(machine, joints, np.nan_to_num(asked)).seconds[-1])

@@ -14,6 +14,7 @@ from mathpost.post.verify import verify
 from mathpost.shell.main import main
 from tests.conftest import DATA
 from tests.independent.machine_model import Model
+from tests.machines import content
 from tests.post import slips
 from tests.post import test_own_words as own_words
 from tests.post.rewritten import rewritten
@@ -231,3 +232,30 @@ def test_ways_are_known_where_the_axes_arrive_together():
     )
     judged = verify(text, machine.load("dmu50v"), "heidenhain")
     assert judged.unsure is None and "rapid ways" not in str(judged)
+
+
+AT_ONCE = machine.from_dict(content((-1, 0, 0), (0, 0, -1)))  # no rates: it goes as fast as it is told
+TURNS = {  # control, program, seconds: F is degrees a minute where only rotary axes move, and waiting counts
+    "fanuc": ("G21 G90 G94 G49 G0 X0 Y0 Z0 A0 C0\nG4 X2.5\nG4 P500\nG1 A30 C40 F300\n", 3 + 50 * 60 / 300),
+    "mazak": ("G94 G1 A90 F360\n", 15),
+    "haas": ("G21 G90 G94 G49 G0 X0 Y0 Z0 A0 C0\nG4 P2.\nG4 P250\n", 2.25),
+    "linuxcnc": ("G21 G90 G94 G0 X0 Y0 Z0 A0 C0\nG4 P1.5\nG1 A-30 F360\n", 1.5 + 5),
+    "heidenhain": ("L X+0 Y+0 Z+0 A+0 C+0 FMAX\nCYCL DEF 9.0 DWELL TIME\nCYCL DEF 9.1 DWELL 3\nL C+60 F360\n", 13),
+}
+
+
+@pytest.mark.parametrize("control", TURNS)
+def test_degrees_a_minute_and_waiting_count_in_the_time(control):
+    text, seconds = TURNS[control]
+    setup = Setup(start=dict.fromkeys("XYZAC", 0.0))
+    assert verify(text, AT_ONCE, control=control, setup=setup).seconds == pytest.approx(seconds, abs=1e-6)
+
+
+def test_feed_at_the_tip_is_slower_far_from_the_axis(tmp_path):
+    """By "tip" F is mm a minute on the part: 100 mm from C, 180° are 100·π mm."""
+    path = tmp_path / "of_mine.toml"
+    path.write_text('name = "mine"\ninherits = "linuxcnc"\n[motion]\nrotary_feed = "tip"\n', encoding="utf-8")
+    text = "G21 G90 G94 G0 X100 Y0 Z0 A0 C0\nG1 C1 F360\nG1 C0\n"
+    by_tip = verify(text, AT_ONCE, control=str(path)).seconds
+    assert by_tip == pytest.approx(2 * 200 * np.sin(np.deg2rad(0.5)) / 6, rel=1e-3)
+    assert verify(text, AT_ONCE, control="linuxcnc").seconds == pytest.approx(2 / 6)
