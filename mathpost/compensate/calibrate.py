@@ -114,6 +114,8 @@ class Calibration:
         lines = (
             ["The readings fit."] if self.fits else ["THE READINGS DO NOT FIT:", *(f"  {d}" for d in self.doubts)]
         )
+        if self.methods == ("centre",):
+            lines += self._centres(where_measured=True)
         lines.append(f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom")
         for name in self.values:
             each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
@@ -152,23 +154,38 @@ class Calibration:
             lines.append("  a drift too small to show: repeat the first pose at the end")
         return "\n".join(lines)
 
-    def _centres(self) -> list[str]:
-        """Lines that say where each measured table axis is in machine coordinates."""
+    def _centres(self, *, where_measured: bool = False) -> list[str]:
+        """Lines that say where each measured table axis is in machine coordinates.
+
+        In the middle of the readings, or where the machine file has the axis' point: there the tilt of the axis
+        counts, too, and what is assumed of it.
+        """
         lines = []
+        middle = self.about - self.nominal.tool_length * unit(self.nominal.length_axis or self.nominal.tool_axis)
         for index, each in enumerate(self.nominal.rotary):
             names, plane = rotary_axis.location_errors(each)
             letters = ["XYZ"[row] for row in np.flatnonzero(np.abs(plane).max(axis=1) > SMALL)]
             if each.carries == "tool" or not set(names[:2]) <= set(self.values) or len(letters) > 2:
                 continue
-            places = self.of(partial(_point_of, index))
+            at = middle if where_measured else np.array(each.point)
+            places = self.of(partial(_point_of, index, at))
             found = [f"{x} {places['XYZ'.index(x)].value:.4f} ± {places['XYZ'.index(x)].U:.4f}" for x in letters]
             tool = f" of the tip of a tool of {self.nominal.tool_length:g} mm" if "EA0S" in self.values else ""
-            lines.append(f"centre of {each.name}: {', '.join(found)} mm, machine coordinates{tool}")
+            row = int(np.abs(each.axis).argmax())
+            height, read = f"{'XYZ'[row]} {at[row]:z.3f}", {left.column for left in self.residuals}
+            place = f" at {height}, the machine file's point, with what is said of its tilt;"
+            if where_measured:
+                place = " where it was measured" + f", at {height}" * ("xyz"[row] in read) + ";"
+            place *= self.methods == ("centre",)
+            lines.append(f"centre of {each.name}: {', '.join(found)} mm,{place} machine coordinates{tool}")
         return lines
 
 
-def _point_of(index: int, machine: Machine) -> list[float]:
-    return list(machine.rotary[index].point)
+def _point_of(index: int, at: np.ndarray, machine: Machine) -> list[float]:
+    """The point of an axis in the height of `at`, along the greatest component of its direction."""
+    point, axis = np.array(machine.rotary[index].point), np.array(machine.rotary[index].axis)
+    row = np.abs(axis).argmax()
+    return (point + axis * (at - point)[row] / axis[row]).tolist()
 
 
 def calibrate(machine: Machine, paths: Sequence[Path | str], **settings: Any) -> Calibration:

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mathpost import machine as machines
 from mathpost.compensate.calibrate import calibrate
@@ -352,6 +353,25 @@ def test_the_centre_of_a_table_from_bare_positions(tmp_path):
     found = calibrate(machines.load("ac_table"), [path])
     assert found.fits and found.machine.rotary[1].point[:2] == pytest.approx((300.012, -120.006), abs=1e-3)
     assert "centre of C: X 300.0120 ±" in str(found)
+
+
+def test_the_centre_is_first_told_where_it_was_measured(tmp_path):
+    """An axis that leans by 200 µrad about Y, and a ball 150 mm above the point that the file has."""
+    rng, foot, axis = np.random.default_rng(5), np.array([0.02, -0.03, 0]), np.array([2e-4, 0, 1])
+    rows = []
+    for degrees in range(0, 360, 45):
+        turn = Rotation.from_rotvec(-np.deg2rad(degrees) * axis / np.linalg.norm(axis))
+        place = foot + turn.apply(np.array([100.0, 0, 150]) - foot) + rng.normal(0, 1e-3, 3)
+        rows.append(f"{degrees},{','.join(f'{x:.4f}' for x in place)}\n")
+    path = tmp_path / "centre.csv"
+    path.write_text("# method = centre\n# unit = mm\nC,x,y,z\n" + "".join(rows), encoding="utf-8")
+    measured, in_file = re.findall(
+        r"centre of C: X (\S+) .* mm,(.*);", str(calibrate(machines.load("ac_table"), [path]))
+    )
+    assert (
+        float(measured[0]) == pytest.approx(0.05, abs=2e-3) and "where it was measured, at Z 150.0" in measured[1]
+    )
+    assert float(in_file[0]) == pytest.approx(0.02, abs=8e-3) and "the machine file's point" in in_file[1]
 
 
 # What instruments and controls write
