@@ -157,3 +157,34 @@ def test_the_reference_decides_and_the_check_of_its_kind_is_said_beside(saved, t
     assert (report.verdict, report.faults[0].cell) == ("wrong", "ZXZ!B21")
     assert "without the reference: wrong" in "\n".join(report.seen)
     assert "reference itself is wrong" in Reference(f"{folder}/lucky.xlsx", check_file).warnings[0]
+
+
+ABOUT = {
+    "A1": "axis",
+    "B1": 0.6,
+    "C1": 0,
+    "D1": 0.8,
+    "A2": "angle",
+    "B2": 50,
+    "A3": "v",
+    "B3": 3,
+    "C3": -1,
+    "D3": 2,
+}
+BY_QUATERNION = ABOUT | {
+    "A5": "q0", "B5": "=COS(RADIANS(B2)/2)", "A6": "q1", "B6": "=B1*SIN(RADIANS(B2)/2)", "A7": "q2",
+    "B7": "=C1*SIN(RADIANS(B2)/2)", "A8": "q3", "B8": "=D1*SIN(RADIANS(B2)/2)",
+    "A9": "x", "B9": "=(1-2*(B7^2+B8^2))*B3+2*(B6*B7-B5*B8)*C3+2*(B6*B8+B5*B7)*D3",
+}  # fmt: skip
+BY_RODRIGUES = ABOUT | {
+    "A5": "c", "B5": "=COS(B2*PI()/180)", "A6": "s", "B6": "=SIN(B2*PI()/180)", "A7": "along",
+    "B7": "=B1*B3+C1*C3+D1*D3", "A9": "x", "B9": "=B3*B5+(C1*D3-D1*C3)*B6+B1*B7*(1-B5)",
+}  # fmt: skip
+
+
+def test_a_direction_is_one_at_every_sample(saved):
+    """The two formulas are the same for a unit axis alone, which both sheets have."""
+    assert compared(saved, BY_QUATERNION, BY_RODRIGUES).verdict == "right"
+    wrong = BY_RODRIGUES | {"B9": "=B3*B5+(C1*D3+D1*C3)*B6+B1*B7*(1-B5)"}
+    report = compared(saved, BY_QUATERNION, wrong)
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!B9"), report

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from mathpost.workbook.sheet.place import Place, number_along, offset
 from mathpost.workbook.sheet.samples import SAMPLES, Values, at_samples
 from mathpost.workbook.sheet.tree import areas, heads, parts_of, with_areas
 
+DIRECTION = 1e-3  # by which the square of a direction of three decimals is off
 AGREE = 2e-8  # relative to the largest of the samples: what arithmetic loses, and π/180 as 0.0174532925
 NOTHING = 1e-12  # what is left of the difference of equal numbers
 SEVERAL = 3  # cells with one formula
@@ -232,7 +234,8 @@ def parts_as_quantities(sheet: Sheet, values: Values, places: Iterable[Place]) -
 def sampled(numbers: Mapping[Place, float], other: Mapping[Place, float], reach: float, seed: int = 0) -> Values:
     """Values of inputs at all samples: the first are `other`, the rest near `numbers` and near `other` in turn.
 
-    A list that rises or falls does so at every sample, so that a lookup finds its place.
+    A list that rises or falls does so at every sample, so that a lookup finds its place. Three numbers in line that
+    are a direction, or four that are a unit quaternion, are one at every sample.
     """
     rng, found = np.random.default_rng(seed), {}
     steps = {place: min(reach * (abs(number) or 1.0), _step(numbers, place)) for place, number in numbers.items()}
@@ -241,7 +244,24 @@ def sampled(numbers: Mapping[Place, float], other: Mapping[Place, float], reach:
         shift = rng.uniform(-1, 1, SAMPLES) * steps[place]
         shift[0] = 0.0
         found[place] = centre + shift
+    for line in _units(numbers, other):
+        length = np.sqrt(sum(found[place] ** 2 for place in line))
+        length[0] = 1.0  # as it was typed
+        found |= {place: found[place] / length for place in line}
     return found
+
+
+def _units(*sheets: Mapping[Place, float]) -> Iterator[list[Place]]:
+    """Inputs beside or below each other whose squares add up to 1, as they are rounded, in each of some sheets."""
+    taken: set[Place] = set()
+    for count, (down, right) in product((4, 3), ((0, 1), (1, 0))):
+        for place in sorted(sheets[0]):
+            line = [offset(place, n * down, n * right) for n in range(count)]
+            if taken.isdisjoint(line) and all(p in sheet for sheet in sheets for p in line):
+                squares = [sum(sheet[p] ** 2 for p in line) for sheet in sheets]
+                if all(abs(each - 1) < DIRECTION for each in squares):
+                    taken |= set(line)
+                    yield line
 
 
 def _step(numbers: Mapping[Place, float], place: Place) -> float:
