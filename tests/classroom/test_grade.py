@@ -432,8 +432,8 @@ ENGLISH = re.compile(r"[a-z]{3,}")
         ("05-angles", (52.397, 65.376)),
         ("05-angles", (0.9145, -0.4298)),
         ("05-angles", (-24.624, 52.397)),
-        ("01-point", (4.598, 5, 1.964)),
-        ("01-point", (-1.964, 5, 4.598)),
+        ("01-point", (4.409, 5, 2.357)),
+        ("01-point", (-2.357, 5, 4.409)),
     ],
 )
 def test_what_is_computed_for_an_answer_has_its_chinese(name, answer):
