@@ -1,9 +1,12 @@
 """Five-axis kinematics and post-processing, derived in sympy and taught in Jupyter.
 
 Read the files beside this one first: rotation, euler, frame, machine, chain, kinematics, errors; `formula` compiles
-what they derive, codegen prints it for other programs. The rest is in rooms, each with its own reading order:
-sources, plane, measure, detective, compensate, workbook, path, controls, post, draw, course, classroom, workbench,
-site, shell.
+what they derive. Then `sources` (what belongs to one source document, such as the two ZXZ recipes) and `path` (CL
+data, solution selection, the spline through the singular region): that is all that lessons 01 to 06 stand on.
+
+Above it are `detective` (which convention gives this number), `shop` (programs, controls, measuring, compensation),
+`teaching` (exercises, pictures, marking, spreadsheets) and `interface` (commands, panels, pages). Nothing imports
+from a floor above its own.
 
 Examples
 --------
@@ -26,29 +29,39 @@ from importlib import import_module
 from typing import Any
 
 _OFFERED = {
-    "load_machine": "mathpost.machine.load",
-    "Kinematics": "mathpost.kinematics.Kinematics",
-    "Frame": "mathpost.frame.Frame",
-    "Plane": "mathpost.plane.tilted_plane.Plane",
-    "read_cl": "mathpost.path.cl.read",
-    "postprocess": "mathpost.post.run",
-    "read_rotation": "mathpost.detective.notations.read",
-    "explain": "mathpost.detective.euler_angles.explain",
-    "check_workbook": "mathpost.workbook.check.check_file",
-    "check_answer": "mathpost.course.exercise.check",
-    "MathpostError": "mathpost.errors.MathpostError",
+    "frame": "Frame",
+    "kinematics": "Kinematics",
+    "errors": "InputError MathpostError ReachError",
+    "formula": "numeric",
+    "sources.recipes": "zxz_left_transposed zxz_right zxz_steps",
+    "sources.csy_transform": "CsyTransform",
+    "path.motion": "Motion",
+    "path.deviation": "deviation strays",
+    "path.between_blocks": "axis_lag linearize subdivide",
+    "shop.plane.tilted_plane": "Plane",
+    "shop.post.postprocess": "postprocess",
+    "shop.post.verify": "verify",
+    "shop.post.ways": "Crossing",
+    "detective.euler_angles": "explain",
 }
-__all__ = list(_OFFERED)
+_PLACES = {name: (module, name) for module, names in _OFFERED.items() for name in names.split()} | {
+    "load_machine": ("machine", "load"),
+    "read_cl": ("path.cl", "read"),
+    "read_rotation": ("detective.notations", "read"),
+    "check_workbook": ("teaching.workbook.check", "check_file"),
+    "check_answer": ("teaching.course.exercise", "check"),
+}
+__all__ = list(_PLACES)
 
 
 def __getattr__(name: str) -> Any:
     """Load what is asked for, so that ``import mathpost`` loads nothing (PEP 562)."""
-    if name not in _OFFERED:
+    if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, _, attribute = _OFFERED[name].rpartition(".")
-    globals()[name] = found = getattr(import_module(module), attribute)
+    module, attribute = _PLACES[name]
+    globals()[name] = found = getattr(import_module(f"mathpost.{module}"), attribute)
     return found
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_OFFERED})
+    return sorted({*globals(), *_PLACES})

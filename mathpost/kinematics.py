@@ -123,7 +123,7 @@ def _close_the_loop(machine: Machine, data: Geometry, tip: tuple[sp.Symbol, ...]
 class ForwardKinematics(Protocol):
     """Maps joints to poses: `Kinematics`, or a measured machine with its errors.
 
-    The latter is `mathpost.compensate.compensation.Compensator`. A proof needs nothing else.
+    The latter is `mathpost.shop.compensate.compensation.Compensator`. A proof needs nothing else.
     """
 
     @property

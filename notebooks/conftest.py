@@ -6,7 +6,7 @@ import re
 import pytest
 from nbval.plugin import IPyNbCell, IPyNbFile
 
-from mathpost.classroom.lessons import same, without_views
+from mathpost.teaching.classroom.lessons import same, without_views
 from tests import kernels
 
 # A number in markdown, and behind it, where readers do not see it, what it was measured by and how it is printed:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from mathpost.site import build
+from mathpost.interface.site import build
 from tests.conftest import ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")

@@ -15,9 +15,9 @@ from xdist.scheduler import LoadFileScheduling
 os.environ["SYMPY_CACHE_SIZE"] = "20000"  # twenty times sympy's own, for dozens of machines in one process
 
 from mathpost import machine
-from mathpost.compensate.model import ErrorModel
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl, text
+from mathpost.shop.compensate.model import ErrorModel
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "data"

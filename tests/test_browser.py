@@ -16,13 +16,13 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from mathpost import machine
-from mathpost.course import machine_page, view_globe, view_machine, view_path
-from mathpost.course.view_machine import SAMPLES
-from mathpost.draw.part import Part
-from mathpost.draw.solid import ring
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
+from mathpost.teaching.course import machine_page, view_globe, view_machine, view_path
+from mathpost.teaching.course.view_machine import SAMPLES
+from mathpost.teaching.draw.part import Part
+from mathpost.teaching.draw.solid import ring
 from tests.conftest import DATA, LESSONS, ROOT, runs_all
 
 CHROMIUM = Path("/usr/bin/chromium")

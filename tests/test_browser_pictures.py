@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mathpost.course import view_gallery, view_machine, view_rotation
-from mathpost.course.lesson_data import blade, load
-from mathpost.course.view_machine import IN_THE_PART, SAMPLES
-from mathpost.draw.live import HERE, MODULES, _dense
-from mathpost.draw.part import Part
-from mathpost.draw.picture import FINE, View, spread
-from mathpost.draw.plot import COLOUR
-from mathpost.draw.solid import ring
 from mathpost.path.deviation import true_tip
+from mathpost.teaching.course import view_gallery, view_machine, view_rotation
+from mathpost.teaching.course.lesson_data import blade, load
+from mathpost.teaching.course.view_machine import IN_THE_PART, SAMPLES
+from mathpost.teaching.draw.live import HERE, MODULES, _dense
+from mathpost.teaching.draw.part import Part
+from mathpost.teaching.draw.picture import FINE, View, spread
+from mathpost.teaching.draw.plot import COLOUR
+from mathpost.teaching.draw.solid import ring
 from tests.conftest import LESSONS
 from tests.test_browser import CHROMIUM, PICTURE, browser, opened  # noqa: F401  the fixture of this module, too
 

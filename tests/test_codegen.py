@@ -13,11 +13,12 @@ import sympy as sp
 from hypothesis import given, settings
 from latex2mathml.converter import convert
 
-from mathpost import chain, codegen, machine
+from mathpost import chain, machine
 from mathpost.errors import InputError
 from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import unit
+from mathpost.shop import codegen
 from tests.machines import machines, random_joints
 
 MM, DIRECTION = 1e-9, 1e-12  # what the printed functions may differ by from NumPy

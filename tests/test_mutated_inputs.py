@@ -8,7 +8,7 @@ import zipfile
 import pytest
 
 from mathpost.errors import INTERNAL
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 from tests.conftest import DATA
 
 ODD = [

@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 from mathpost import machine, rotation
 from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
-from mathpost.plane.positioning import align
-from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, PASSIVE
+from mathpost.shop.plane.positioning import align
+from mathpost.shop.plane.tilted_plane import Plane
 from mathpost.sources.csy_transform import CsyTransform
 from mathpost.sources.recipes import zxz_left_transposed, zxz_right
 from tests.conftest import ROOT

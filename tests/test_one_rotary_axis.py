@@ -8,16 +8,15 @@ from scipy.spatial.transform import Rotation
 
 import mathpost
 from mathpost import machine
-from mathpost.compensate.compensation import Compensator
-from mathpost.compensate.model import fingerprint, read_errors
-from mathpost.course import machine_page
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError, ReachError
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
-from mathpost.path import cl
-from mathpost.plane import pose
-from mathpost.post import selection
-from mathpost.shell.main import main
+from mathpost.path import cl, selection
+from mathpost.shop.compensate.compensation import Compensator
+from mathpost.shop.compensate.model import fingerprint, read_errors
+from mathpost.shop.plane import pose
+from mathpost.teaching.course import machine_page
 from tests.machines import content
 
 HEAD = Kinematics(machine.load("dividing_head"))

@@ -13,8 +13,8 @@ import pytest
 from mathpost import files, machine
 from mathpost.errors import InputError, OutputError
 from mathpost.files import write_bytes
+from mathpost.interface.shell.main import COMMANDS, main
 from mathpost.path import cl
-from mathpost.shell.main import COMMANDS, main
 from tests.conftest import DATA, ROOT
 
 posix = pytest.mark.skipif(os.name != "posix", reason="pipes, modes and signals are those of Linux and macOS")

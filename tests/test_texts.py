@@ -5,9 +5,9 @@ import tomllib
 
 import pytest
 
-from mathpost.course.exercise import EXERCISES
 from mathpost.detective.causes import CAUSES
-from mathpost.site import lesson, teaching
+from mathpost.interface.site import lesson, teaching
+from mathpost.teaching.course.exercise import EXERCISES
 from tests.conftest import LESSONS, ROOT
 
 TEACHING = (ROOT / "notebooks/TEACHING.md").read_text(encoding="utf-8")

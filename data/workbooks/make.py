@@ -20,7 +20,7 @@ from openpyxl.worksheet.formula import ArrayFormula
 from openpyxl.worksheet.properties import PageSetupProperties
 
 from mathpost.rotation import PASSIVE
-from mathpost.workbook.sheet.file import local_address, recalculate
+from mathpost.teaching.workbook.sheet.file import local_address, recalculate
 
 HERE = Path(__file__).parent
 TABLES = HERE.parent / "tables"

@@ -38,7 +38,7 @@ class CLData:
     """A tool path in the workpiece.
 
     A remark, a statement that does not move the tool, is a pair: the number of the record that follows it, and a
-    comment or a `mathpost.path.modal.Command`. With `normals` `mathpost.measure.cutter.compensated` makes the
+    comment or a `mathpost.path.modal.Command`. With `normals` `mathpost.shop.measure.cutter.compensated` makes the
     path of a different cutter. In memory each component of `points` and `axes` lies together.
     """
 

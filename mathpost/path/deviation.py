@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mathpost.kinematics import ForwardKinematics, Kinematics
     from mathpost.machine import Machine
     from mathpost.path.cl import CLData
-    from mathpost.post.motion import Motion
+    from mathpost.path.motion import Motion
 
 RESOLUTION = 1e-5  # mm; error of the tip that the samples of a move may miss
 LEVER = 50.0  # mm; the least lever that the number of samples assumes, for the sake of the tool axis
@@ -67,7 +67,7 @@ def strays(
     """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`.
 
     The tool axis is measured from the whole arc between two records, wherever on it the blocks are. Its angle to
-    the axis of `cl` at the same place is the lag, see `mathpost.post.between_blocks.axis_lag`.
+    the axis of `cl` at the same place is the lag, see `mathpost.path.between_blocks.axis_lag`.
     """
     starts, ends = motion[:-1][moves], motion[1:][moves]
     tips = cl.at(starts.place)[0], cl.at(ends.place)[0]

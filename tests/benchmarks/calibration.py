@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost.compensate.calibrate import calibrate
+from mathpost.shop.compensate.calibrate import calibrate
 from tests.benchmarks.timing import row
 from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from mathpost import postprocess as post
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from mathpost.post import run as post
 from tests.benchmarks.pipeline import trunnion, write_cl
 from tests.benchmarks.timing import row
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine
+from mathpost import postprocess as post
 from mathpost.files import write_text
 from mathpost.machine import ENDLESS
 from mathpost.path import cl
-from mathpost.post import run as post
 from tests.benchmarks import plain_loop
 from tests.benchmarks.timing import interleaved, row
 

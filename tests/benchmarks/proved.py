@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine
+from mathpost import postprocess as post
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from mathpost.post import run as post
-from mathpost.post.ways import Crossing
+from mathpost.shop.post.ways import Crossing
 from tests.benchmarks.timing import row
 from tests.post.sampled import sampled_errors
 

@@ -20,7 +20,7 @@ def run():
     print("starting, of one second:")
     nothing = fresh("pass")
     row("import mathpost", fresh("import mathpost") - nothing, 0.1, "1 s")
-    row("import mathpost.post, sympy included", fresh("import mathpost.post") - nothing, None, "1 s")
+    row("import mathpost.shop.post, sympy included", fresh("import mathpost.shop.post") - nothing, None, "1 s")
     for path in sorted(Path("data/machines").glob("*.toml")):
         for kept in (formula.numeric, kinematics.derive, chain.links, chain.bodies):
             kept.cache_clear()

@@ -7,12 +7,12 @@ import re
 
 import pytest
 
-from mathpost.classroom.assign import DRAWN, OWN, SAME, assign
-from mathpost.classroom.grade import grade
-from mathpost.course import answers, exercise
-from mathpost.course.verdict import EXERCISES
 from mathpost.errors import InputError, OutputError
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
+from mathpost.teaching.classroom.assign import DRAWN, OWN, SAME, assign
+from mathpost.teaching.classroom.grade import grade
+from mathpost.teaching.course import answers, exercise
+from mathpost.teaching.course.verdict import EXERCISES
 from tests.classroom.test_grade import cell, notebook, shown, solved, write
 from tests.conftest import LESSONS
 
@@ -23,7 +23,7 @@ def test_every_lesson_keeps_its_exercises_and_shows_no_solution(path, tmp_path):
     before, after = exercise.notebook(path), exercise.notebook(copy)
     kept = [each for each in before["cells"] if "exercise.solution(" not in "".join(each["source"])]
     assert [each["source"] for each in after["cells"]] == [each["source"] for each in kept]
-    ours = {n for n, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
+    ours = {n for n, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.teaching.course")}
     assert set(names) == {name for name in ours if name.startswith(path.name[:3].replace("_", "-"))}
     text = copy.read_text(encoding="utf-8")
     assert "exercise.solution" not in text and "Solution of" not in text
@@ -44,7 +44,7 @@ def test_outputs_of_solutions_are_gone_wherever_they_stand(tmp_path):
         "data": {"text/html": "<summary>Solution of 01-sign</summary>"},
     }
     page = page_of(
-        cell("from mathpost.course.exercise import *\nsolution('01-sign')", html),
+        cell("from mathpost.teaching.course.exercise import *\nsolution('01-sign')", html),
         cell("1 + 1", {"output_type": "stream", "name": "stdout", "text": "2"}),
     )
     write(tmp_path / "in" / "a.ipynb", page)
@@ -117,7 +117,7 @@ def drawing_lesson():
     }
     other = {"cell_type": "markdown", "metadata": {}, "source": "Turn."}
     return page_of(
-        cell("from mathpost.course import exercise"),
+        cell("from mathpost.teaching.course import exercise"),
         question,
         cell("answer = None\nexercise.check('my-slope', answer)"),
         other,

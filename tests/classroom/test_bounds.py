@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
-from mathpost.bounds import TooLarge, bounded
-from mathpost.classroom import grade_page, handed_in, judged
-from mathpost.classroom.grade import DUPLICATED, RETYPED, grade
-from mathpost.course.verdict import RIGHT
-from mathpost.workbook import check as checks
-from mathpost.workbook import check_folder
-from mathpost.workbook import folder as workbooks
+from mathpost.teaching.bounds import TooLarge, bounded
+from mathpost.teaching.classroom import grade_page, handed_in, judged
+from mathpost.teaching.classroom.grade import DUPLICATED, RETYPED, grade
+from mathpost.teaching.course.verdict import RIGHT
+from mathpost.teaching.workbook import check as checks
+from mathpost.teaching.workbook import check_folder
+from mathpost.teaching.workbook import folder as workbooks
 from tests.classroom.test_grade import LESSON, by_name, cell, notebook, packed, solved, write
 from tests.conftest import ROOT
 from tests.workbook.test_strangers import SHEETS, workbook

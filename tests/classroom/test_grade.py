@@ -15,20 +15,22 @@ import openpyxl
 import pytest
 from jinja2 import Environment, nodes
 
-from mathpost.classroom import grade_page
-from mathpost.classroom.grade import CELLS, DUPLICATED, FILE, RETYPED, TEXT, Rules, grade, read_rules
-from mathpost.classroom.handed_in import collect, unzip
-from mathpost.course import exercise
-from mathpost.course.answers import Number
-from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.detective import euler_angles, rotary_axes
 from mathpost.detective.misreadings import all_factors, wordings
 from mathpost.errors import InputError
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
+from mathpost.teaching.classroom import grade_page
+from mathpost.teaching.classroom.grade import CELLS, DUPLICATED, FILE, RETYPED, TEXT, Rules, grade, read_rules
+from mathpost.teaching.classroom.handed_in import collect, unzip
+from mathpost.teaching.course import exercise
+from mathpost.teaching.course.answers import Number
+from mathpost.teaching.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from tests.conftest import ROOT
 
 LESSON = "01_rotating_a_point"
-OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
+OURS = {
+    name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.teaching.course")
+}
 LESSON_01 = [name for name in OURS if name.startswith("01-")]
 
 
@@ -391,7 +393,7 @@ def with_helpers(complaint):
         found[each] = ast.parse(inspect.getsource(each)).body[0]
         names = [part.id for part in ast.walk(found[each]) if isinstance(part, ast.Name)]
         called = [vars(inspect.getmodule(each)).get(name) for name in names]
-        course = ("mathpost.course.exercises", "mathpost.course.judged_program")
+        course = ("mathpost.teaching.course.exercises", "mathpost.teaching.course.judged_program")
         called = [one for one in called if inspect.isfunction(one) and one.__module__.startswith(course)]
         todo += [one for one in called if one not in found]
     return list(found.values())

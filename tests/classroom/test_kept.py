@@ -6,12 +6,12 @@ import sqlite3
 
 import pytest
 
-from mathpost.classroom import grade_page, judged, kept
-from mathpost.classroom.grade import grade
-from mathpost.classroom.kept import Kept
-from mathpost.course.verdict import RIGHT, WRONG
 from mathpost.errors import InputError, OutputError
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
+from mathpost.teaching.classroom import grade_page, judged, kept
+from mathpost.teaching.classroom.grade import grade
+from mathpost.teaching.classroom.kept import Kept
+from mathpost.teaching.course.verdict import RIGHT, WRONG
 from tests.classroom.test_grade import notebook, solved, write
 from tests.conftest import DATA
 

@@ -9,9 +9,9 @@ import nbformat
 import psutil
 import pytest
 
-from mathpost.classroom import lessons
 from mathpost.errors import InputError, MathpostError
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
+from mathpost.teaching.classroom import lessons
 from tests.conftest import ROOT
 
 
@@ -40,7 +40,9 @@ def test_a_changed_number_is_named_with_its_cell_and_written_only_if_accepted(tm
 
 
 def test_a_changed_picture_is_named(tmp_path):
-    draw = "from mathpost.draw import plot\n_, axes = plot.figure()\naxes.plot([0, 1], [0, 2])\nplot.show()"
+    draw = (
+        "from mathpost.teaching.draw import plot\n_, axes = plot.figure()\naxes.plot([0, 1], [0, 2])\nplot.show()"
+    )
     path = notebook(tmp_path / "lesson.ipynb", draw)
     replaced(path, "[0, 2]", "[0, 3]")
     changes = lessons.rerun(path)

@@ -8,11 +8,11 @@ import zipfile
 
 import pytest
 
-from mathpost.classroom import judged
-from mathpost.classroom.grade import grade
-from mathpost.course.verdict import RIGHT
 from mathpost.errors import INTERNAL
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
+from mathpost.teaching.classroom import judged
+from mathpost.teaching.classroom.grade import grade
+from mathpost.teaching.course.verdict import RIGHT
 from tests.classroom.test_grade import by_name, notebook, solved, write
 
 GBK = "王小明".encode("gbk")

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine as machines
-from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
+from mathpost.shop.compensate.calibrate import calibrate
 from tests.compensate import simulated
 from tests.compensate.simulated import ARCSEC, SQUARE, Simulated
 

@@ -9,15 +9,15 @@ import pytest
 import tomlkit
 
 from mathpost import machine as machines
-from mathpost.compensate import handover, readings
-from mathpost.compensate.calibrate import calibrate, estimate
-from mathpost.compensate.compensation import Compensator
-from mathpost.compensate.model import constant_errors, read_errors
-from mathpost.compensate.moved import moved
 from mathpost.errors import InputError
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
-from mathpost.measure import rotary_axis
-from mathpost.shell.main import main
+from mathpost.shop.compensate import handover, readings
+from mathpost.shop.compensate.calibrate import calibrate, estimate
+from mathpost.shop.compensate.compensation import Compensator
+from mathpost.shop.compensate.model import constant_errors, read_errors
+from mathpost.shop.compensate.moved import moved
+from mathpost.shop.measure import rotary_axis
 from tests.benchmarks.calibration import once
 from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
 from tests.machines import with_slides

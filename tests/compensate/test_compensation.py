@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.compensate.compensation import CalibratedKinematics, Compensator, PoseError, total_differential
-from mathpost.compensate.model import ErrorModel, MachineErrors, constant_errors, read_errors
 from mathpost.kinematics import Kinematics
+from mathpost.shop.compensate.compensation import CalibratedKinematics, Compensator, PoseError, total_differential
+from mathpost.shop.compensate.model import ErrorModel, MachineErrors, constant_errors, read_errors
 from tests.machines import with_slides
 
 ARCSEC = np.rad2deg(1) * 3600

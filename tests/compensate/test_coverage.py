@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mathpost import machine as machines
-from mathpost.compensate import readings, suspect
-from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
+from mathpost.shop.compensate import readings, suspect
+from mathpost.shop.compensate.calibrate import calibrate
 from tests.compensate import simulated
 from tests.compensate.coverage import CASES, shares
 from tests.compensate.simulated import Simulated

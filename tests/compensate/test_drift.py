@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.compensate.drift import Tracker
-from mathpost.compensate.model import ErrorModel
 from mathpost.errors import InputError
+from mathpost.shop.compensate.drift import Tracker
+from mathpost.shop.compensate.model import ErrorModel
 
 NAMES = ("EYA", "EZA", "EXC", "EYC", "ECC")
 TRUE = np.array([0.020, -0.030, 0.012, -0.008, 40e-6])

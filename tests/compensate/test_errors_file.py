@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.compensate.model import constant_errors, error_names, read_errors
 from mathpost.errors import InputError, ReachError
+from mathpost.shop.compensate.model import constant_errors, error_names, read_errors
 
 HEAD = 'name = "n"\nsource = "s"\nmachine = "c8293b4b6b1a"\n'
 

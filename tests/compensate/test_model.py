@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
-from mathpost.compensate.model import ErrorModel, error_names
+from mathpost.shop.compensate.model import ErrorModel, error_names
 from tests.machines import with_slides
 
 

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine as machines
-from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
-from mathpost.measure.words import Names
+from mathpost.shop.compensate.calibrate import calibrate
+from mathpost.shop.measure.words import Names
 from tests.compensate import simulated
 from tests.compensate.simulated import Simulated
 

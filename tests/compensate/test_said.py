@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mathpost import machine as machines
-from mathpost.compensate import handover, probed, readings
-from mathpost.compensate.calibrate import calibrate
 from mathpost.errors import InputError
+from mathpost.shop.compensate import handover, probed, readings
+from mathpost.shop.compensate.calibrate import calibrate
 from tests.compensate import simulated
 from tests.compensate.simulated import ARCSEC, Simulated
 from tests.conftest import DATA

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tomlkit
 
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 from tests.independent import judge
 from tests.independent.machine_model import Model
 from tests.independent.reader import Setup, read

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mathpost import machine as machines
-from mathpost.compensate import readings
-from mathpost.compensate.calibrate import calibrate
-from mathpost.compensate.compensation import Compensator
-from mathpost.compensate.model import out_of_square
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
-from mathpost.shell.main import main
+from mathpost.shop.compensate import readings
+from mathpost.shop.compensate.calibrate import calibrate
+from mathpost.shop.compensate.compensation import Compensator
+from mathpost.shop.compensate.model import out_of_square
 from tests.compensate import simulated
 from tests.compensate.simulated import Simulated
 from tests.conftest import ROOT

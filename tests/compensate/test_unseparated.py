@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine as machines
-from mathpost.compensate.calibrate import calibrate
+from mathpost.shop.compensate.calibrate import calibrate
 from tests.compensate import simulated
 from tests.compensate.simulated import LENGTH, Simulated
 

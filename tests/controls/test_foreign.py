@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.controls import reader
-from mathpost.controls.coordinates import Setup
 from mathpost.errors import InputError
+from mathpost.shop.controls import reader
+from mathpost.shop.controls.coordinates import Setup
 from tests.conftest import DATA
 
 AC = machine.load(DATA / "machines/ac_table.toml")

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mathpost import machine
-from mathpost.controls import reader, writer
-from mathpost.controls.blocks import Blocks
 from mathpost.errors import InputError
 from mathpost.path import text as bulk
 from mathpost.path.modal import Command
+from mathpost.shop.controls import reader, writer
+from mathpost.shop.controls.blocks import Blocks
 from tests.conftest import DATA, machine_code
 from tests.path.test_cl import mutations
 

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mathpost.course import exercise
-from mathpost.course.exercises.capstone import INVERSE, KINDS, POLES, least_turn, nearest_to_the_pole, task
-from mathpost.course.verdict import EXERCISES, RIGHT
-from mathpost.post import verify
+from mathpost.shop.post import verify
+from mathpost.teaching.course import exercise
+from mathpost.teaching.course.exercises.capstone import INVERSE, KINDS, POLES, least_turn, nearest_to_the_pole, task
+from mathpost.teaching.course.verdict import EXERCISES, RIGHT
 from tests.course import capstone_by_hand as hand
 
 SEEDS = [0, 14, 17, 21, 1003]  # each kind of machine, each place of the pole, both travels

@@ -14,23 +14,24 @@ from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 from scipy.spatial.transform import Rotation
 
-from mathpost import euler, post
-from mathpost.controls import writer
-from mathpost.controls.blocks import Blocks, rounded
-from mathpost.course import exercise
-from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
-from mathpost.course.lesson_data import load
-from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
+from mathpost import euler, postprocess
 from mathpost.detective.explanation import Explanation, Misreading
 from mathpost.errors import InputError
 from mathpost.files import read_text
 from mathpost.frame import Frame
-from mathpost.measure.cutter import Cutter
-from mathpost.path import cl
-from mathpost.post import selection
+from mathpost.path import cl, selection
+from mathpost.shop.controls import writer
+from mathpost.shop.controls.blocks import Blocks, rounded
+from mathpost.shop.measure.cutter import Cutter
+from mathpost.teaching.course import exercise
+from mathpost.teaching.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
+from mathpost.teaching.course.lesson_data import load
+from mathpost.teaching.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
 from tests.conftest import LESSONS, ROOT
 
-OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
+OURS = {
+    name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.teaching.course")
+}
 EACH = [pytest.param(each, id=name) for name, each in OURS.items()]
 SLIPS = [
     pytest.param(each, sentence, id=f"{name}-{number}")
@@ -101,7 +102,7 @@ def flank(records, *, tcp=False, mirrored=1, singular=None):
     """A program for 07-alone: its records and nothing between them, or what `run` makes of them."""
     kin, path = load("bc_table"), cl.parse(exercise.given("07-alone"))
     if singular:
-        return post.run(path, kin.machine, singular=singular).program
+        return postprocess(path, kin.machine, singular=singular).program
     joints = selection.choose(kin, path).joints[records] * [1, 1, 1, 1, mirrored]
     words = rounded(np.c_[kin.forward(joints)[0], joints[:, 3:]] if tcp else joints)
     count = len(words)
@@ -536,7 +537,7 @@ def test_an_exercise_that_contradicts_itself_says_so(own):
 
 
 OWN = '''
-from mathpost.course import answers, exercise
+from mathpost.teaching.course import answers, exercise
 
 @exercise.define("20-bevel", answers.Angle(decimals=1))
 @exercise.slip("That is twice the angle.", times=2)

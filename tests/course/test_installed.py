@@ -2,7 +2,7 @@
 
 from importlib import metadata
 
-from mathpost.course import installed
+from mathpost.teaching.course import installed
 
 
 def test_each_kind_of_need(tmp_path, capsys):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from mathpost.course import exercise
-from mathpost.course.lesson_data import load
-from mathpost.course.verdict import RIGHT
-from mathpost.path import cl
-from mathpost.post import run, selection
+from mathpost import postprocess
+from mathpost.path import cl, selection
+from mathpost.teaching.course import exercise
+from mathpost.teaching.course.lesson_data import load
+from mathpost.teaching.course.verdict import RIGHT
 from tests.conftest import ROOT
 
 CELLS = (
@@ -236,4 +236,4 @@ def test_the_spline_to_its_end_on_a_different_path(ridge):
 )
 def test_the_ways_of_the_package_on_that_path(ridge, way, said):
     kin, path, *_ = ridge
-    assert said in str(exercise.judge("06b-whole", run(path, kin.machine, singular=way).program))
+    assert said in str(exercise.judge("06b-whole", postprocess(path, kin.machine, singular=way).program))

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost.course.machine_page import page, reach, words
-from mathpost.draw.arrangement import placing
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
-from mathpost.shell.main import main
+from mathpost.teaching.course.machine_page import page, reach, words
+from mathpost.teaching.draw.arrangement import placing
 
 
 def seen(kin, joint, offset):

@@ -11,18 +11,18 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
-from mathpost.course import view_gallery, view_machine, view_rotation
-from mathpost.course.view_machine import SAMPLES
-from mathpost.draw import scene
-from mathpost.draw.arrangement import GREYS, arrange, placing
-from mathpost.draw.part import Part, clearance
-from mathpost.draw.picture import View, camera, spread
-from mathpost.draw.scene import Scene
-from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring, smooth
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.rotation import unit
+from mathpost.teaching.course import view_gallery, view_machine, view_rotation
+from mathpost.teaching.course.view_machine import SAMPLES
+from mathpost.teaching.draw import scene
+from mathpost.teaching.draw.arrangement import GREYS, arrange, placing
+from mathpost.teaching.draw.part import Part, clearance
+from mathpost.teaching.draw.picture import View, camera, spread
+from mathpost.teaching.draw.scene import Scene
+from mathpost.teaching.draw.solid import Hull, Lofted, Turned, block, put, ring, smooth
 from tests.conftest import DATA
 from tests.machines import machines, random_joints
 

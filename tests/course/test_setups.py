@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost.compensate.readings import SIGNS
-from mathpost.course import setups
-from mathpost.course.lesson_data import load
-from mathpost.course.verdict import toml
-from mathpost.draw import plot
-from mathpost.measure import work_offset
+from mathpost.shop.compensate.readings import SIGNS
+from mathpost.shop.measure import work_offset
+from mathpost.teaching.course import setups
+from mathpost.teaching.course.lesson_data import load
+from mathpost.teaching.course.verdict import toml
+from mathpost.teaching.draw import plot
 
 DRAWN = toml("setups")
 TURNS = [(name, part) for name, drawn in DRAWN.items() for part in drawn["parts"] if part[0] == "turn"]

@@ -7,12 +7,14 @@ import re
 import numpy as np
 import pytest
 
-from mathpost.course import exercise
-from mathpost.course.answers import Number, Pose, Written
-from mathpost.course.verdict import EXERCISES
+from mathpost.teaching.course import exercise
+from mathpost.teaching.course.answers import Number, Pose, Written
+from mathpost.teaching.course.verdict import EXERCISES
 from tests.conftest import LESSONS
 
-OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
+OURS = {
+    name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.teaching.course")
+}
 SOURCES = {
     path.name.split("_")[0]: [
         "".join(cell["source"]) for cell in exercise.notebook(path)["cells"] if cell["cell_type"] == "code"

@@ -9,13 +9,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import euler, rotation
-from mathpost.course import exercise
-from mathpost.course.answers import Written
-from mathpost.course.lesson_data import load
-from mathpost.course.verdict import EXERCISES, RIGHT, WRONG
-from mathpost.plane import positioning
-from mathpost.plane.positioning import align
-from mathpost.plane.tilted_plane import Plane
+from mathpost.shop.plane import positioning
+from mathpost.shop.plane.positioning import align
+from mathpost.shop.plane.tilted_plane import Plane
+from mathpost.teaching.course import exercise
+from mathpost.teaching.course.answers import Written
+from mathpost.teaching.course.lesson_data import load
+from mathpost.teaching.course.verdict import EXERCISES, RIGHT, WRONG
 
 TYPED = tomllib.loads(Path(__file__).with_name("typed_answers.toml").read_text(encoding="utf-8"))
 PAIRS = [(name, pair) for name, typed in TYPED.items() for pair in typed["wrong"]]

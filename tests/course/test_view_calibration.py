@@ -7,11 +7,11 @@ import subprocess
 import numpy as np
 import pytest
 
-from mathpost.course import view_calibration as views
-from mathpost.course import view_rotation
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.machine import Rotary
-from mathpost.measure import horizontal_head, rotary_axis, work_offset
+from mathpost.shop.measure import horizontal_head, rotary_axis, work_offset
+from mathpost.teaching.course import view_calibration as views
+from mathpost.teaching.course import view_rotation
 
 HEAD = "data/measurements/five_face_head.csv"
 ISO_C = Rotary("C", "workpiece", (0, 0, -1), (0, 0, 0))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from mathpost.course import view_globe, view_path
-from mathpost.course.lesson_data import load, with_travel
-from mathpost.post import selection
-from mathpost.post.ways import Crossing
+from mathpost.path import selection
+from mathpost.shop.post.ways import Crossing
+from mathpost.teaching.course import view_globe, view_path
+from mathpost.teaching.course.lesson_data import load, with_travel
 from tests.course.test_view_calibration import numbers
 
 

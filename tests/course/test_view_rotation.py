@@ -5,12 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import euler
-from mathpost.course import view_gallery, view_rotation
-from mathpost.course.lesson_data import load
-from mathpost.draw import scene
-from mathpost.draw.picture import camera
 from mathpost.frame import Frame
-from mathpost.plane.tilted_plane import Plane
+from mathpost.shop.plane.tilted_plane import Plane
+from mathpost.teaching.course import view_gallery, view_rotation
+from mathpost.teaching.course.lesson_data import load
+from mathpost.teaching.draw import scene
+from mathpost.teaching.draw.picture import camera
 
 BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
 

@@ -8,9 +8,9 @@ from mathpost.detective.causes import CAUSES, COST, Setup, causes, misread
 from mathpost.detective.positions import explain_linear, explain_tip
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.machine import load
-from mathpost.shell.main import main
 
 BC, HEAD, MIXED = (Kinematics(load(name)) for name in ("bc_table", "ac_head", "head_b_table_c"))
 JOINTS = np.array([10.0, -20.0, 30.0, 40.0, 75.0])

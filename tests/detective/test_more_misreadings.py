@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost.detective.euler_angles import explain
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 
 ANGLES, POINT = np.array([21.3, -47.9, 74.6]), np.array([3, 4, 5])
 POINTS = np.array([(3, 4, 5), (-20, 7, 11), (6, -15, 2.5)])

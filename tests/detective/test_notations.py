@@ -12,7 +12,7 @@ from mathpost import read_rotation
 from mathpost.detective.notations import WRITERS
 from mathpost.errors import InputError
 from mathpost.euler import SEQUENCES
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 
 WAYS = [*SEQUENCES, *map(str.lower, SEQUENCES)]
 ANGLES = st.tuples(*[st.sampled_from([0, 90, -90, 180, 1e-7]) | st.floats(-180, 180)] * 3)

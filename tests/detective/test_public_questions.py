@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 
 with open(Path(__file__).with_name("public_questions.csv"), encoding="utf-8", newline="") as file:
     QUESTIONS = list(csv.DictReader(file))

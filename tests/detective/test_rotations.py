@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from mathpost.detective.rotations import explain_rotation
 from mathpost.errors import InputError
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 
 ANGLES = np.array([20.0, 35.0, -50.0])
 

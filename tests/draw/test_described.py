@@ -5,13 +5,13 @@ import pytest
 import sympy as sp
 from IPython.lib.pretty import pretty
 
-from mathpost.draw import plot
-from mathpost.draw.curves import printed, recorded, subplots
-from mathpost.draw.described import describe
-from mathpost.draw.live import formula, slider
-from mathpost.draw.scene import Scene
-from mathpost.draw.solid import Hull, block
 from mathpost.rotation import ACTIVE
+from mathpost.teaching.draw import plot
+from mathpost.teaching.draw.curves import printed, recorded, subplots
+from mathpost.teaching.draw.described import describe
+from mathpost.teaching.draw.live import formula, slider
+from mathpost.teaching.draw.scene import Scene
+from mathpost.teaching.draw.solid import Hull, block
 
 ANGLE = np.linspace(0, 360, 91)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mathpost.course import view_machine
-from mathpost.draw import live
+from mathpost.teaching.course import view_machine
+from mathpost.teaching.draw import live
 from tests.test_browser import Live, browser, opened  # noqa: F401, a fixture
 
 # Syntax and methods that came after 2018: a browser that does not know them shows the still picture for ever.

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 
 from . import judge
 from .machine_model import Model

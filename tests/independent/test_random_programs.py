@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from mathpost import machine
-from mathpost.controls import control
+from mathpost import machine, postprocess
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import run
+from mathpost.shop.controls import control
 from tests.machines import SIDES, content
 
 from . import judge
@@ -58,7 +57,7 @@ def test_the_report_says_what_the_program_does(seed):
     way, dialect = ["direct", "retract", "linear"][seed % 3], DIALECTS[seed % len(DIALECTS)]
     options = {"singular": way, "cone": np.radians(5), "axis_tolerance": np.radians(3 if way == "linear" else 0.1)}
     try:
-        result = run(path, machine.from_dict(data), dialect=dialect, tcp=bool(rng.integers(2)), **options)
+        result = postprocess(path, machine.from_dict(data), dialect=dialect, tcp=bool(rng.integers(2)), **options)
     except MathpostError as error:
         assert "it needs an axis tolerance of" in str(error) or "out of reach" in str(error)
         return

@@ -6,10 +6,9 @@ from itertools import pairwise, permutations
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import machine, postprocess
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import run
 from tests.conftest import DATA
 from tests.independent import judge
 from tests.independent.machine_model import Model
@@ -80,7 +79,7 @@ def deepest(seed, machines=MACHINES, controls=CONTROLS):
     head = ("; OURS",) if control == "heidenhain" else ("G40",)
     setup = replace(machine.load(name), program_head=head)
     text, cuts = job(rng, setup)
-    result = run(cldata.parse(text, "job.cl"), setup, dialect=control, tcp=tcp)
+    result = postprocess(cldata.parse(text, "job.cl"), setup, dialect=control, tcp=tcp)
     model = Model(DATA / "machines" / f"{name}.toml", origin=setup.origin)
     moves = read(result.program, control, Setup(model, lengths=LENGTHS))
     t = np.linspace(0, 1, 60)[:, None, None]

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import machine, postprocess
 from mathpost.errors import MathpostError
 from mathpost.path import cl as cldata
-from mathpost.post import run
 from tests.conftest import DATA
 from tests.independent import judge
 from tests.independent.machine_model import Model
@@ -56,7 +55,7 @@ def verdict(seed):
     setup = (with_c_to_200(name) if splits else machine.load(name)).with_setup(tool_length=LENGTH)
     how = {"split": True} if splits else {"singular": "retract"}
     try:
-        result = run(cldata.from_arrays(points, axes, feed=900), setup, dialect=control, tcp=tcp, **how)
+        result = postprocess(cldata.from_arrays(points, axes, feed=900), setup, dialect=control, tcp=tcp, **how)
     except MathpostError as error:
         assert "meets the point" in str(error) or "outside" in str(error), error
         return "refused"

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import machine, post
-from mathpost.controls.simulation import write_folder
+from mathpost import machine, postprocess
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
+from mathpost.shop.controls.simulation import write_folder
 from tests.conftest import DATA
 from tests.linuxcnc import control
 
@@ -43,11 +43,11 @@ PATHS = {  # the file: what is said of it, the path, the tolerance, which ways, 
 
 
 def posted(name):
-    """The program of a path for each of its ways, as results of `post.run`."""
+    """The program of a path for each of its ways, as results of `postprocess`."""
     _, path, tolerance, ways, _ = PATHS[name]
     dialects = {way: WAYS[way] for way in ways}
     return {
-        way: post.run(path, SETUP, dialect=dialect, tcp=tcp, tolerance=tolerance, name=name)
+        way: postprocess(path, SETUP, dialect=dialect, tcp=tcp, tolerance=tolerance, name=name)
         for way, (dialect, tcp) in dialects.items()
     }
 
@@ -55,7 +55,7 @@ def posted(name):
 def run(name):
     """Run a path in its ways, each from its first record; return the joints, (n, 5), in every servo period."""
     made = posted(name)
-    start = post.run(PATHS[name][1], SETUP, dialect="linuxcnc").blocks.words[0]
+    start = postprocess(PATHS[name][1], SETUP, dialect="linuxcnc").blocks.words[0]
     first = "G0 " + " ".join(f"{axis}{value:.4f}" for axis, value in zip(SETUP.joint_names, start, strict=True))
     with control.folder() as folder:
         write_folder(Kinematics(SETUP), folder)

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.compensate.calibrate import calibrate
-from mathpost.compensate.terms import terms
-from mathpost.controls.simulation import write_folder
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
+from mathpost.shop.compensate.calibrate import calibrate
+from mathpost.shop.compensate.terms import terms
+from mathpost.shop.controls.simulation import write_folder
 from tests.conftest import DATA
 from tests.independent import judge
 from tests.independent.machine_model import Model

@@ -7,8 +7,8 @@ import subprocess
 import numpy as np
 import pytest
 
+from mathpost import postprocess
 from mathpost.path import cl as cldata
-from mathpost.post import run
 from tests.post.test_own_words import arcs_file, holes_file, on_machine
 
 pytestmark = pytest.mark.skipif(not shutil.which("rs274"), reason="LinuxCNC is not installed")
@@ -28,10 +28,10 @@ def interpreted(program, folder):
 def test_holes(tmp_path):
     setup, *vectors = on_machine("ac_table")
     text, drilled = holes_file(np.random.default_rng(8), *vectors)
-    calls = interpreted(run(cldata.parse(text), setup, dialect="linuxcnc").program, tmp_path)
+    calls = interpreted(postprocess(cldata.parse(text), setup, dialect="linuxcnc").program, tmp_path)
     fed = np.array([values[:3] for name, values in calls if name == "STRAIGHT_FEED"])
-    expected = [run(cldata.from_arrays([point - depth * vectors[0]], [vectors[0]]), setup, dialect="linuxcnc")
-                for point, depth, *_ in drilled]  # fmt: skip
+    bottoms = [cldata.from_arrays([point - depth * vectors[0]], [vectors[0]]) for point, depth, *_ in drilled]
+    expected = [postprocess(bottom, setup, dialect="linuxcnc") for bottom in bottoms]
     for result in expected:
         assert np.linalg.norm(fed - result.blocks.words[0, :3], axis=1).min() < 1e-3
 
@@ -40,7 +40,7 @@ def test_arcs(tmp_path):
     """An ARC_FEED in XY: end, centre, and how many turns, negative clockwise; the rise is the third axis."""
     setup, *vectors = on_machine("ac_table")
     text, circles = arcs_file(np.random.default_rng(9), *vectors)
-    result = run(cldata.parse(text), setup, dialect="linuxcnc", tcp=True)
+    result = postprocess(cldata.parse(text), setup, dialect="linuxcnc", tcp=True)
     calls = interpreted(result.program, tmp_path)
     arcs = [values for name, values in calls if name == "ARC_FEED"]
     assert len(arcs) >= len(circles)

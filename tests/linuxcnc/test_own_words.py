@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost import machine, post
-from mathpost.controls.simulation import write_folder
+from mathpost import machine, postprocess
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.path.cl import commands
+from mathpost.shop.controls.simulation import write_folder
 from tests.conftest import DATA
 from tests.independent import judge
 from tests.independent.machine_model import Model
@@ -53,7 +53,7 @@ class Ran:
         setup = replace(setup, offset=1, offsets=offsets, program_head=("G40",))
         self.model = Model(DATA / "machines/ac_table.toml", length=LENGTHS[3], origin=setup.origin)
         self.results = {
-            tcp: post.run(job(4 + tcp, tcp), setup, dialect="linuxcnc", tcp=tcp) for tcp in (False, True)
+            tcp: postprocess(job(4 + tcp, tcp), setup, dialect="linuxcnc", tcp=tcp) for tcp in (False, True)
         }
         with control.folder() as folder:
             write_folder(Kinematics(setup), folder)

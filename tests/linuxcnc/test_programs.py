@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost import machine, post
-from mathpost.controls.simulation import write_folder
+from mathpost import machine, postprocess
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.shell.main import main
+from mathpost.shop.controls.simulation import write_folder
 from tests.conftest import DATA, runs_all
 from tests.independent import judge
 from tests.independent.machine_model import Model
@@ -49,8 +49,8 @@ def programs(setup, path, ways):
     made = {}
     for name in ways:
         dialect, tcp, _ = WAYS[name]
-        made[name] = post.run(path, setup, dialect=dialect, tcp=tcp, name="short")
-    start = post.run(path, setup, dialect="linuxcnc").blocks.words[0]
+        made[name] = postprocess(path, setup, dialect=dialect, tcp=tcp, name="short")
+    start = postprocess(path, setup, dialect="linuxcnc").blocks.words[0]
     first = "G0 " + " ".join(f"{name}{value:.4f}" for name, value in zip(setup.joint_names, start, strict=True))
     return made, first
 

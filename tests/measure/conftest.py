@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost.measure import angular_error
+from mathpost.shop.measure import angular_error
 
 
 @pytest.fixture

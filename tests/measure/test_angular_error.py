@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mathpost.errors import InputError
-from mathpost.measure import angular_error, spline
+from mathpost.shop.measure import angular_error, spline
 
 DATA = Path(__file__).parent.parent.parent / "data"
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost.controls import compensation_table
 from mathpost.errors import InputError
-from mathpost.measure import angular_error, spline
+from mathpost.shop.controls import compensation_table
+from mathpost.shop.measure import angular_error, spline
 
 DATA = Path(__file__).parent.parent.parent / "data"
 

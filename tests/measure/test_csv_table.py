@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mathpost.errors import InputError
-from mathpost.measure import csv_table
+from mathpost.shop.measure import csv_table
 
 DATA = Path(__file__).parent.parent.parent / "data"
 

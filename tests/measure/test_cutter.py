@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from mathpost.measure import cutter as tool
-from mathpost.measure.cutter import Cutter
 from mathpost.path import cl
+from mathpost.shop.measure import cutter as tool
+from mathpost.shop.measure.cutter import Cutter
 
 DATA = Path(__file__).parent.parent.parent / "data"
 CUTTERS = {"ball": Cutter.ball(12), "bull": Cutter(12, 2), "flat": Cutter.flat(12)}

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost.errors import InputError
-from mathpost.measure import horizontal_head
-from mathpost.measure.horizontal_head import VERTICAL, Head
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
+from mathpost.shop.measure import horizontal_head
+from mathpost.shop.measure.horizontal_head import VERTICAL, Head
 from tests.conftest import ROOT
 
 CSV = ROOT / "data/measurements/five_face_head.csv"

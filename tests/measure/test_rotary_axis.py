@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from mathpost.errors import InputError
 from mathpost.machine import Rotary
-from mathpost.measure import rotary_axis
+from mathpost.shop.measure import rotary_axis
 
 URAD = 1e-6
 AXES = {

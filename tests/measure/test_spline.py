@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from mathpost.errors import InputError, ReachError
-from mathpost.measure import spline
+from mathpost.shop.measure import spline
 
 FINE = np.arange(0, 360, 0.1)
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from mathpost.errors import InputError
 from mathpost.machine import Rotary
-from mathpost.measure import work_offset
+from mathpost.shop.measure import work_offset
 
 CENTRE_A, CENTRE_B = (0, -200, -850), (-350, 0, -900)
 OLD = work_offset.WorkOffset("G54", X=-300, Y=-250, Z=-600)

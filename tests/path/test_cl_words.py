@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
+from mathpost import postprocess as run_with_own_words
 from mathpost.errors import InputError, ReachError
 from mathpost.path import cl as cldata
 from mathpost.path.arcs import arc
-from mathpost.post import run as run_with_own_words
 from tests.conftest import DATA
 from tests.post.walker import head_tip, table_tip, walk
 

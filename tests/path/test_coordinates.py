@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import machine, postprocess
 from mathpost.errors import InputError
 from mathpost.path import cl as cldata
-from mathpost.post import run
 from tests.conftest import DATA
 
 TABLE = machine.load(DATA / "machines/ac_table.toml")
@@ -155,7 +154,7 @@ def test_three_axis_steps_in_systems_that_move_are_read_with_a_warning():
 
 
 def test_the_report_says_which_rule_was_used():
-    report = str(run(read(f"{WORLD}\n{LEANING}\nFEDRAT/100\nGOTO/1,2,3\nGOTO/4,5,6"), TABLE).report)
+    report = str(postprocess(read(f"{WORLD}\n{LEANING}\nFEDRAT/100\nGOTO/1,2,3\nGOTO/4,5,6"), TABLE).report)
     assert "GOTO in world coordinates (SolidWorks, TRNTYP/WORLD)" in report
 
 

@@ -9,13 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine
-from mathpost.controls.reader import read as read_program
+from mathpost import machine, postprocess
 from mathpost.errors import InputError
 from mathpost.path import cl as cldata
 from mathpost.path.cl_words import ALIASES, COMMENTS, MOVING, REFUSED, Statements
 from mathpost.path.moves import Moves
-from mathpost.post import run
+from mathpost.shop.controls.reader import read as read_program
 from tests.conftest import DATA
 
 TABLE, HEAD = (machine.load(DATA / f"machines/{name}.toml") for name in ("ac_table", "ac_head"))
@@ -40,7 +39,7 @@ def refused(text, **options):
 
 def lines(text, dialect, data=TABLE, **options):
     """The lines of a program without their numbers."""
-    program = run(read(text), data, dialect=dialect, **options).program
+    program = postprocess(read(text), data, dialect=dialect, **options).program
     return [line.lstrip("N0123456789").strip() for line in program.splitlines()]
 
 
@@ -225,7 +224,7 @@ def test_verbatim_words_that_could_move_the_tool_are_refused(text):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_optional_skip(dialect):
     text = f"GOTO/1,1,1\nOPSKIP/ON\nCOOLNT/MIST\nDELAY/1\nSTOP\nOPSKIP/OFF\nCOOLNT/FLOOD\n{MOVES}"
-    program = run(read(text), TABLE, dialect=dialect).program
+    program = postprocess(read(text), TABLE, dialect=dialect).program
     skipped = [line for line in program.splitlines() if line.startswith("/")]
     assert sum("M7" in line for line in skipped) == sum("M0" in line for line in skipped) == 1
     assert len(skipped) == (4 if dialect == "heidenhain" else 3) and "M8" not in "".join(skipped)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from mathpost.controls import control
+from mathpost import postprocess
 from mathpost.errors import InputError
 from mathpost.machine import load
 from mathpost.path import cl as cldata
-from mathpost.post import run
+from mathpost.shop.controls import control
 
 TABLE = load("ac_table")
 START = "UNITS/MM\nLOADTL/1\nSPINDL/1000,RPM,CLW\nFEDRAT/100,MMPM\nGOTO/0,0,50\n"
@@ -67,7 +67,7 @@ def test_an_arc_of_catia_beyond_half_a_turn_ends_where_the_line_meets_the_circle
 def test_a_tool_that_is_called_again_stays_in_the_spindle():
     again = "LOADTL/1,1\nSPINDL/1000,RPM,CLW\nGOTO/10,0,50\n"
     text = "LOADTL/1,1\nCOOLNT/ON\n" + START.removeprefix("UNITS/MM\nLOADTL/1\n") + again
-    result = run(cldata.parse(f"UNITS/MM\n{text}"), TABLE, dialect="fanuc")
+    result = postprocess(cldata.parse(f"UNITS/MM\n{text}"), TABLE, dialect="fanuc")
     assert result.program.count("M6") == 1 and result.program.count("M8") == 1
     assert "they stay: 1" in str(result.report)
 
@@ -75,11 +75,11 @@ def test_a_tool_that_is_called_again_stays_in_the_spindle():
 @pytest.mark.parametrize("dialect", ["heidenhain", "fanuc", "linuxcnc"])
 def test_cl_data_without_a_feed_have_none_in_the_program_and_the_report_says_so_first(dialect):
     text = "UNITS/MM\nGOTO/0,0,50\nGOTO/10,0,50\nGOTO/10,0,60,0,0.6,0.8\n"
-    result = run(cldata.parse(text), TABLE, dialect=dialect)
+    result = postprocess(cldata.parse(text), TABLE, dialect=dialect)
     moves = [line for line in result.program.splitlines() if " X" in line or " Y" in line]
     assert moves and not any(word[0] == "F" for line in moves for word in line.split()[1:])
     assert str(result.report).startswith("no feed      for 3 moves in cut")
-    fed = run(cldata.parse(text, feed=300), TABLE, dialect=dialect)
+    fed = postprocess(cldata.parse(text, feed=300), TABLE, dialect=dialect)
     assert "F300" in fed.program and not str(fed.report).startswith("no feed")
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost.controls import plane_blocks
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
+from mathpost.shop.controls import plane_blocks
 
 BETA = "54.7356103172"
 SOURCE = Rotation.from_euler("ZXZ", [135, 54.7356103172, -90], degrees=True).as_matrix()

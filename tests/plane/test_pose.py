@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost.errors import ReachError
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.machine import load
-from mathpost.plane import pose
-from mathpost.post import selection
-from mathpost.shell.main import main
+from mathpost.path import selection
+from mathpost.shop.plane import pose
 
 TIP = np.array([12.5, -30, 7.25])
 

@@ -13,8 +13,8 @@ from mathpost.chain import machine_frames
 from mathpost.errors import InputError, ReachError
 from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
-from mathpost.plane.positioning import align, fanuc, heidenhain, siemens
-from mathpost.plane.tilted_plane import Plane
+from mathpost.shop.plane.positioning import align, fanuc, heidenhain, siemens
+from mathpost.shop.plane.tilted_plane import Plane
 from tests.machines import machines
 
 BETA = np.degrees(np.arccos(1 / np.sqrt(3)))

@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import euler
-from mathpost.controls import plane_blocks
 from mathpost.errors import InputError
 from mathpost.frame import Frame
-from mathpost.plane.tilted_plane import NOTATIONS, Plane
+from mathpost.shop.controls import plane_blocks
+from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
 
 BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
 SOURCE = Plane("G68.2", [135, BETA, -90], [10, -20, 30])

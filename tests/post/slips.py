@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mathpost import machine as machines
-from mathpost import post
+from mathpost import postprocess
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from mathpost.post.verify import Verified, verify
+from mathpost.shop.post.verify import Verified, verify
 from tests.conftest import DATA
 from tests.independent import judge, reader
 from tests.independent.machine_model import Model
@@ -68,7 +68,7 @@ def job(rng, control=None, *, tcp=None) -> Job:
         with_tcp = bool(rng.random() < 0.5) if tcp is None else tcp
         path = _path(rng, kin)
         try:
-            made = post.run(path, machine, dialect=name, tcp=with_tcp)
+            made = postprocess(path, machine, dialect=name, tcp=with_tcp)
         except MathpostError:
             continue
         return Job(file, machine, name, with_tcp, path, made.program)
@@ -87,7 +87,7 @@ def own_words_job(rng, control=None, *, tcp=None) -> Job:
             text, _ = own_words.holes_file(rng, *vectors)
         path = cl.parse(text)
         try:
-            made = post.run(path, setup, dialect=dialect, tcp=with_tcp)
+            made = postprocess(path, setup, dialect=dialect, tcp=with_tcp)
         except MathpostError:
             continue
         return Job(file, setup, dialect, with_tcp, path, made.program)
@@ -177,7 +177,7 @@ def _sign_slip(rng, made):
 def _posted(made, path=None, machine=None):
     """The program of another path or machine."""
     try:
-        found = post.run(path or made.path, machine or made.machine, dialect=made.control, tcp=made.tcp)
+        found = postprocess(path or made.path, machine or made.machine, dialect=made.control, tcp=made.tcp)
     except MathpostError:
         return None
     return found.program

@@ -9,11 +9,10 @@ from scipy.spatial.transform import Rotation, Slerp
 from mathpost import machine
 from mathpost.errors import ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.path import cl
+from mathpost.path import cl, singular
+from mathpost.path.between_blocks import axis_lag, follow, linearize, subdivide
 from mathpost.path.deviation import AXIS_RESOLUTION, deviation
-from mathpost.post import singular
-from mathpost.post.between_blocks import axis_lag, follow, linearize, subdivide
-from mathpost.post.motion import Motion
+from mathpost.path.motion import Motion
 from tests.machines import content
 
 

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mathpost.post.body import ABOVE, BODY, _Body
+from mathpost.shop.post.body import ABOVE, BODY, _Body
 
 
 def deepest(axis, length, ends, lines):

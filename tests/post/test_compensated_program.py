@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from mathpost import machine, post
-from mathpost.compensate.model import ErrorModel, MachineErrors, error_names, fingerprint, read_errors
-from mathpost.controls import control, reader
+from mathpost import machine, postprocess
 from mathpost.errors import InputError, ReachError
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.shell.main import main
+from mathpost.shop.compensate.model import ErrorModel, MachineErrors, error_names, fingerprint, read_errors
+from mathpost.shop.controls import control, reader
 from tests.conftest import DATA
 from tests.machines import with_slides
 
@@ -36,8 +36,8 @@ def missed(result, cl, errors, dialect, tcp):
 @pytest.mark.parametrize("tcp", [False, True])
 @pytest.mark.parametrize("dialect", control.names())
 def test_the_blade_on_a_calibrated_trunnion(blade, calibrated, dialect, tcp):
-    plain = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp)
-    result = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp, errors=calibrated)
+    plain = postprocess(blade, calibrated.machine, dialect=dialect, tcp=tcp)
+    result = postprocess(blade, calibrated.machine, dialect=dialect, tcp=tcp, errors=calibrated)
     before, before_axis = missed(plain, blade, calibrated, dialect, tcp)
     after, after_axis = missed(result, blade, calibrated, dialect, tcp)
     assert before > 0.03 and after < 3e-4 and after_axis < 3e-6
@@ -59,7 +59,7 @@ def test_any_machine(name):
     along = np.linspace(0, 1, 6)[:, None]
     joints = along * [30, 20, -15, 0.3, 0.25] + [10, -20, 5, 0.4, 0.45]
     cl = cldata.from_arrays(*kin.forward(joints))
-    result = post.run(cl, kin.machine, errors=errors, tolerance=0.05)
+    result = postprocess(cl, kin.machine, errors=errors, tolerance=0.05)
     assert (
         missed(result, cl, errors, "heidenhain", tcp=False)[0] < 1e-3 < 0.01 < result.report.uncompensated.tip_error
     )
@@ -69,16 +69,16 @@ def test_a_limited_turn_is_said(calibrated):
     tilt = np.deg2rad(np.linspace(-1, 1, 21))
     joints = np.column_stack([20 + 0 * tilt, 30 * tilt, 0 * tilt, tilt, 0.3 + 0 * tilt])
     cl = cldata.from_arrays(*Kinematics(calibrated.machine).forward(joints))
-    report = post.run(cl, calibrated.machine, errors=calibrated).report
+    report = postprocess(cl, calibrated.machine, errors=calibrated).report
     assert any("too near the singular position for the whole turn" in warning for warning in report.warnings)
     assert report.tip_error < 1e-3 < report.uncompensated.tip_error
 
 
 def test_errors_of_another_machine_or_set_up(blade, calibrated, dmu50v):
     with pytest.raises(InputError, match="those of 'DMU"):
-        post.run(blade, dmu50v.machine, errors=calibrated)
+        postprocess(blade, dmu50v.machine, errors=calibrated)
     with pytest.raises(InputError, match="set up alike"):
-        post.run(blade, calibrated.machine.with_setup(tool_length=80), errors=calibrated)
+        postprocess(blade, calibrated.machine.with_setup(tool_length=80), errors=calibrated)
 
 
 def test_a_path_beyond_the_measured_travel(blade, calibrated, tmp_path):
@@ -88,7 +88,7 @@ def test_a_path_beyond_the_measured_travel(blade, calibrated, tmp_path):
     (tmp_path / "errors.toml").write_text(toml, encoding="utf-8")
     errors = read_errors(tmp_path / "errors.toml", calibrated.machine)
     with pytest.raises(ReachError, match="X: .* was not measured: 0 to 55 was"):
-        post.run(blade, calibrated.machine, errors=errors)
+        postprocess(blade, calibrated.machine, errors=errors)
 
 
 def test_the_shell(tmp_path, capsys):

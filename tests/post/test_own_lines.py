@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from mathpost import machine
-from mathpost.controls.control import load
+from mathpost import machine, postprocess
 from mathpost.errors import InputError
 from mathpost.path import cl
-from mathpost.post import run
-from mathpost.post.own_lines import refuse_unproved
+from mathpost.shop.controls.control import load
+from mathpost.shop.post.own_lines import refuse_unproved
 from mathpost.toml_table import read_toml
 from tests.conftest import DATA
 
@@ -56,8 +55,8 @@ def test_without_a_safe_position_no_line_moves():
 
 def test_a_tool_change_through_the_part_is_refused_and_the_page_shows_one_that_is_not():
     with pytest.raises(InputError, match="Z 390"):
-        run(PART, replace(TABLE, tool_change=("G0 G53 Z0", "T{tool} M6")), dialect="fanuc")
-    page = (DATA.parent / "mathpost/site/commands.toml").read_text(encoding="utf-8")
+        postprocess(PART, replace(TABLE, tool_change=("G0 G53 Z0", "T{tool} M6")), dialect="fanuc")
+    page = (DATA.parent / "mathpost/interface/site/commands.toml").read_text(encoding="utf-8")
     example = page[page.index("[program]\n") :].partition("[linear]")[0]
     own = machine.from_dict(read_toml(DATA / "machines/ac_table.toml") | tomllib.loads(example))
-    assert "G0 G53 Z390." in run(PART, own, dialect="fanuc").program
+    assert "G0 G53 Z390." in postprocess(PART, own, dialect="fanuc").program

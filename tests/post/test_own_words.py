@@ -7,10 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import machine, postprocess
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import run
 from mathpost.rotation import unit
 from tests.conftest import DATA
 from tests.independent import judge
@@ -79,7 +78,7 @@ def arcs_and_helices_are_run(number, tcp):
     setup, axis, across, along = on_machine(name)
     text, circles = arcs_file(rng, axis, across, along)
     path = cldata.parse(text)
-    result = run(path, setup, dialect=control, tcp=tcp)
+    result = postprocess(path, setup, dialect=control, tcp=tcp)
     moves, samples = moves_of(result, setup, control, name)
     assert sum(move.arc for move in moves) >= len(circles)
     assert len(moves) < 60 < len(path) / 10
@@ -101,10 +100,10 @@ def test_expanded_are_straight_moves():
     rng = np.random.default_rng(3)
     setup, *vectors = on_machine("ac_table")
     path = cldata.parse(arcs_file(rng, *vectors)[0])
-    program = run(path, setup, dialect="fanuc", expand=True).program
+    program = postprocess(path, setup, dialect="fanuc", expand=True).program
     assert not re.search(r"\bG[23]\b", program)
     plain = cldata.from_arrays(path.points, path.axes, feed=600)
-    assert program == run(plain, setup, dialect="fanuc", name="CL data").program
+    assert program == postprocess(plain, setup, dialect="fanuc", name="CL data").program
 
 
 @pytest.mark.parametrize(
@@ -114,7 +113,7 @@ def test_an_arc_that_no_plane_of_the_machine_holds_stays_straight(name, tilted):
     """A head that is tilted moves its arcs out of XY, ZX and YZ; with a table they are square to Z again."""
     setup, *vectors = on_machine(name, A=tilted, C=25.0)
     path = cldata.parse(arcs_file(np.random.default_rng(5), *vectors)[0])
-    program = run(path, setup, dialect="linuxcnc").program
+    program = postprocess(path, setup, dialect="linuxcnc").program
     assert bool(re.search(r"\bG[23]\b", program)) == (name == "ac_table" or not tilted)
 
 
@@ -129,9 +128,9 @@ def test_the_planes_of_a_control_and_back():
         "GOTO/5,0,10",
     ]
     path = cldata.parse("\n".join(lines) + "\n")
-    text = run(path, machine.load("ac_table").with_setup(), dialect="fanuc").program
+    text = postprocess(path, machine.load("ac_table").with_setup(), dialect="fanuc").program
     assert re.search(r"G19 G3 .*\nN\d+ G17\nN\d+ G1 ", text) or "G18" in text
-    klartext = run(path, machine.load("ac_table"), dialect="heidenhain").program
+    klartext = postprocess(path, machine.load("ac_table"), dialect="heidenhain").program
     assert "CC" not in klartext  # its file knows arcs in XY only
 
 
@@ -139,7 +138,7 @@ def test_the_planes_of_a_control_and_back():
 def test_a_compensation_begins_on_a_line_and_goes_on_over_arcs(control):
     lines = ["UNITS/MM", "FEDRAT/600,MMPM", "GOTO/20,-10,0,0,0,1", "CUTCOM/LEFT", "GOTO/20,0,0",
              "CIRCLE/0,0,0,0,0,1,20", "GOTO/-20,0,0", "GOTO/-20,-20,0", "CUTCOM/OFF", "GOTO/-40,-20,0"]  # fmt: skip
-    text = run(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
+    text = postprocess(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
     on, off = {"heidenhain": ("RL", "R0")}.get(control, ("G41", "G40"))
     between = text[re.search(rf"{on}\b", text).start() : text.rindex(off)]
     assert len(between.splitlines()) < 7 and re.search(r"\bG3 |\bC ", between)
@@ -155,7 +154,7 @@ def test_arcs_holes_and_coolant_of_a_second_tool_are_in_the_same_places_as_those
     lines = ["FEDRAT/600,MMPM"]
     for tool in (1, 2):
         lines += [f"LOADTL/{tool}", "SPINDL/1000,RPM,CLW", *part]
-    text = run(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
+    text = postprocess(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
     bare = re.sub(r"^N?\d+ |G43 H\d ", "", text, flags=re.MULTILINE)
     first, second = re.findall(r"\n([^\n]*X\+?20\.[^$]*?X\+?3\.\S*)", bare)
     assert first == second and re.search(r"\bG3 |\bC X", first) and "M8" in first
@@ -170,7 +169,7 @@ def test_an_arc_whose_centre_has_more_digits_than_controls_take_stays_straight(r
         f"CIRCLE/{radius},0,0,0,0,-1,{radius}",
         f"GOTO/{rise:.9f},200,0",
     ]
-    text = run(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect="fanuc").program
+    text = postprocess(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect="fanuc").program
     assert len(re.findall(r"\bG[23]\b", text)) == arcs
 
 
@@ -214,7 +213,7 @@ def test_holes_and_planes_are_run(number, tilted):
     turned = {letter: rng.uniform(10, 30) for letter in "ABC"} if tilted else {}
     setup, axis, across, along = on_machine(name, **turned)
     text, drilled = holes_file(rng, axis, across, along)
-    result = run(cldata.parse(text), setup, dialect=control)
+    result = postprocess(cldata.parse(text), setup, dialect=control)
     moves, samples = moves_of(result, setup, control, name)
     knows_planes = control in ("heidenhain", "fanuc", "siemens", "mazak") and setup.programmed_point == "tip"
     assert any(move.cycle for move in moves) == (not tilted or knows_planes or name in TABLES)
@@ -259,7 +258,7 @@ def test_with_tcp_the_tip_is_not_kept_in_holes_of_one_orientation(control, name)
     go(30.0 * axis + 5.0 * across, axis)
     for part in (2, 3, 4):
         go(10.0 * part * across, unit(axis + 0.05 * part * along))
-    result = run(cldata.parse("\n".join(lines) + "\n"), setup, dialect=control, tcp=True)
+    result = postprocess(cldata.parse("\n".join(lines) + "\n"), setup, dialect=control, tcp=True)
     moves, samples = moves_of(result, setup, control, name)
     planes, own_rates = ("heidenhain", "fanuc", "siemens", "mazak"), ("fanuc", "haas", "mazak")
     leaned_head = name == "head_b_table_c"
@@ -277,7 +276,7 @@ KLARTEXT = {"200": 3, "201": 2, "203": 1, "207": 1}  # how many of `CYCLES` each
 def test_klartext_has_a_cycle_for_each_kind(sense):
     setup, *vectors = on_machine("ac_table")
     text, _ = holes_file(np.random.default_rng(9), *vectors)
-    program = run(cldata.parse(text.replace("CLW", sense)), setup, dialect="heidenhain").program
+    program = postprocess(cldata.parse(text.replace("CLW", sense)), setup, dialect="heidenhain").program
     assert {number: program.count(f"CYCL DEF {number} ") for number in KLARTEXT} == KLARTEXT
     assert ("Q239=+0.5000" if sense == "CLW" else "Q239=-0.5000") in program
 
@@ -312,7 +311,7 @@ def test_the_time_has_the_pecks(control, kind):
             "GOTO/9,0,0",
             "CYCLE/OFF",
         ]
-        result = run(cldata.parse("\n".join(lines) + "\n"), setup, dialect=control)
+        result = postprocess(cldata.parse("\n".join(lines) + "\n"), setup, dialect=control)
         times[words] = result.report.time
         assert "the time has none" not in str(result.report)
 
@@ -336,13 +335,15 @@ def test_no_plane_where_the_control_does_not_know_the_tool():
     """X Y Z of a plane name the tip: not where they are those of the nose, and the tool table holds no length."""
     for name in ("ac_head", "nutating_head_table"):
         setup, *vectors = on_machine(name, A=20.0, B=20.0, C=15.0)
-        program = run(cldata.parse(holes_file(np.random.default_rng(1), *vectors)[0]), setup).program
+        program = postprocess(cldata.parse(holes_file(np.random.default_rng(1), *vectors)[0]), setup).program
         assert "PLANE" not in program and "CYCL DEF 200" not in program
 
 
 def test_what_the_control_holds_is_said_for_a_plane():
     setup, *vectors = on_machine("dmu50v", B=20.0, C=15.0)
-    program = run(cldata.parse(holes_file(np.random.default_rng(1), *vectors)[0]), setup, dialect="fanuc").program
+    program = postprocess(
+        cldata.parse(holes_file(np.random.default_rng(1), *vectors)[0]), setup, dialect="fanuc"
+    ).program
     head = program[: program.index("G0")]
     assert "CONTROL HOLDS: B THROUGH X50 Y0 Z0" in head and head.count("80 MM FROM NOSE TO TIP") == 1
     assert program.index("G68.2") < program.index("G53.1") < program.index("G69")
@@ -368,14 +369,14 @@ def test_tools_offsets_and_coolant(tmp_path):
     words = ['name = "own"', 'inherits = "fanuc"', "[commands]", '"coolant THRU" = ["M51"]']
     file.write_text("\n".join(words) + "\n", encoding="utf-8")
     setup = replace(machine.load("ac_table"), program_head=("G54",))
-    result = run(cldata.parse(TOOLS), setup, dialect=file)
+    result = postprocess(cldata.parse(TOOLS), setup, dialect=file)
     lines = [re.sub(r"^N\d+ ", "", line) for line in result.program.splitlines()]
     assert "(TOOL 3: LENGTH 95.5 MM, OFFSET 3)" in lines and "(TOOL 7: LENGTH 130 MM, OFFSET 17)" in lines
     assert lines.index("T3 M6") == lines.index("T7") - 1 and lines.index("T7 M6") == lines.index("T3") - 1
     assert "M51" in lines and "stays off" not in str(result.report)
     approach = [line for line in lines if "G43" in line]
     assert [re.search(r"G43 H(\d+) X", line)[1] for line in approach] == ["3", "17"]
-    plain = run(cldata.parse(TOOLS), setup, dialect="fanuc")
+    plain = postprocess(cldata.parse(TOOLS), setup, dialect="fanuc")
     lengths = {3: 95.5, 7: 130.0, 17: 130.0}
     moves = read(plain.program, "fanuc", Setup(Model(DATA / "machines" / "ac_table.toml"), lengths=lengths))
     assert moves[-1].tool_length == 130.0

@@ -7,7 +7,7 @@ import pytest
 
 from mathpost import machine
 from mathpost.path import cl
-from mathpost.post.verify import verify
+from mathpost.shop.post.verify import verify
 from tests.post import slips
 
 PATH = """FEDRAT/600,MMPM

@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine, post
-from mathpost.controls import control
-from mathpost.controls.blocks import Blocks, rounded
+from mathpost import machine, postprocess
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import options as settings
-from mathpost.post import proof, report, singular, steps, time_law, ways
-from mathpost.post.motion import Motion
-from mathpost.post.ways import AXIS_TOLERANCE
+from mathpost.path import region, selection, singular
+from mathpost.path.motion import Motion
+from mathpost.path.singular import AXIS_TOLERANCE
+from mathpost.shop.controls import control
+from mathpost.shop.controls.blocks import Blocks, rounded
+from mathpost.shop.post import options as settings
+from mathpost.shop.post import proof, report, steps, time_law, ways
 from tests.conftest import DATA
 
 
@@ -31,7 +32,7 @@ def program_of(by_the_pole):
 
     def make(data, **options):
         key = data.name, *options.items()
-        made[key] = made.get(key) or post.run(by_the_pole, data, **options)
+        made[key] = made.get(key) or postprocess(by_the_pole, data, **options)
         return made[key]
 
     return make
@@ -87,7 +88,7 @@ def test_a_machine_with_measured_errors_is_looked_at_between_the_middle_and_the_
             return tip + 0.02 * np.sin(np.pi * joints[..., :1] / 25) * [0, 0, 1], axis
 
     cl = cldata.from_arrays([[0, 0, 0], [100, 0, 0]], [[0, 0, 1]] * 2)
-    result = post.run(cl, dmu50v.machine)
+    result = postprocess(cl, dmu50v.machine)
     found = proof.measured(dmu50v, cl, result.blocks, on_path(result), real=Wavy())
     assert found.tip_error < 1e-9 and found.path_tip_error == pytest.approx(0.02, rel=1e-2)
 
@@ -130,11 +131,11 @@ def test_a_block_with_a_tenth_of_its_time(by_the_pole, program_of, name):
 @pytest.mark.parametrize("dialect", control.names())
 def test_times_computed_ten_times_too_short_are_refused(dmu50v, by_the_pole, monkeypatch, dialect, rates):
     data = dmu50v.machine if rates else without_rates(dmu50v.machine)
-    post.run(by_the_pole, data, dialect=dialect)
+    postprocess(by_the_pole, data, dialect=dialect)
     right = time_law.block_times
     monkeypatch.setattr(steps, "block_times", lambda *given: right(*given) / 10)
     with pytest.raises(MathpostError, match="a block takes"):
-        post.run(by_the_pole, data, dialect=dialect)
+        postprocess(by_the_pole, data, dialect=dialect)
 
 
 def without_rates(data):
@@ -167,20 +168,20 @@ def test_times_in_numbers(dmu50v):
 def test_a_retract_into_the_part_is_refused(by_the_pole, monkeypatch, name, tcp):
     data = machine.load(DATA / f"machines/{name}.toml")
     options = {"singular": "retract", "cone": np.radians(1), "tcp": tcp}
-    result = post.run(by_the_pole, data, **options, clearance=5.0)
+    result = postprocess(by_the_pole, data, **options, clearance=5.0)
     assert result.report.settings["singular"].endswith(": retract")
-    for module in (settings, ways):
+    for module in (settings, region):
         monkeypatch.setattr(module, "refuse_nonsense", lambda *_: None)
     with pytest.raises(MathpostError, match=r"record \d+: on its way .* 5.00\d mm into the part"):
-        post.run(by_the_pole, data, **options, clearance=-5.0)
+        postprocess(by_the_pole, data, **options, clearance=-5.0)
 
 
 def test_a_split_into_the_part_is_refused(monkeypatch):
     data, cl = machine.load(DATA / "machines/nutating_head.toml"), cldata.read(DATA / "cl/twisted_blade.cl")
-    monkeypatch.setattr(ways, "refuse_nonsense", lambda *_: None)
+    monkeypatch.setattr(region, "refuse_nonsense", lambda *_: None)
     monkeypatch.setattr(settings, "refuse_nonsense", lambda *_: None)
     with pytest.raises(MathpostError, match=r"\d mm into the part"):
-        post.run(cl, data, split=True, clearance=-20.0)
+        postprocess(cl, data, split=True, clearance=-20.0)
 
 
 def test_the_whole_way_of_a_lifted_move_is_looked_at(dmu50v):
@@ -217,8 +218,8 @@ def tcp_words(kin, blocks):
 )
 def test_ways_of_no_use_are_refused(dmu50v, blade, option, value):
     with pytest.raises(InputError, match=rf"{option}: expected .* above 0"):
-        post.run(blade, dmu50v.machine, **{option: value})
-    crossing = ways.Crossing(dmu50v, blade, post.selection.choose(dmu50v, blade).joints, (1, 2))
+        postprocess(blade, dmu50v.machine, **{option: value})
+    crossing = ways.Crossing(dmu50v, blade, selection.choose(dmu50v, blade).joints, (1, 2))
     with pytest.raises(InputError, match=option):
         crossing.way("retract", **{option: value})
     with pytest.raises(InputError, match=option):
@@ -234,19 +235,19 @@ def test_ways_that_meet_at_a_record():
         rows = joints[[record - 1, record - 1, record, record, record]] + [[0], [0.1], [0.2], [0.3], [0]]
         return Motion(rows, place, np.array([False, True, True, True, False]))
 
-    whole = ways.through_the_records(joints, [over(3), over(2)])
+    whole = region.through_the_records(joints, [over(3), over(2)])
     np.testing.assert_array_equal(whole.place, [0, 1, 1, 1.5, 2, 2, 2, 2.5, 3, 3, 4, 5])
     np.testing.assert_array_equal(np.flatnonzero(whole.lifted), [2, 3, 4, 6, 7, 8])
     np.testing.assert_array_equal(whole.joints[~whole.lifted], joints)
-    plain = ways.through_the_records(joints, [])
+    plain = region.through_the_records(joints, [])
     np.testing.assert_array_equal(plain.joints, joints)
     assert not plain.lifted.any()
 
 
 def test_a_region_is_passed_between_the_breaks():
-    assert list(ways.unbroken([(1, 4), (6, 9), (20, 21)], [5, 7, 9, 21])) == [(1, 4), (7, 8)]
-    assert list(ways.unbroken([(1, 4)], [])) == [(1, 4)]
-    assert list(ways.unbroken([(1, 9)], [5])) == [(1, 4), (5, 9)]
+    assert list(region.unbroken([(1, 4), (6, 9), (20, 21)], [5, 7, 9, 21])) == [(1, 4), (7, 8)]
+    assert list(region.unbroken([(1, 4)], [])) == [(1, 4)]
+    assert list(region.unbroken([(1, 9)], [5])) == [(1, 4), (5, 9)]
 
 
 def test_the_record_between_two_blocks_and_what_is_reported(dmu50v, by_the_pole, program_of):
@@ -315,14 +316,14 @@ def test_the_worst_of_several_tools():
 
 
 def test_the_report_in_words():
-    report = post.Report(
+    made = report.Report(
         0.001, 0.002, 0.003, 0.004, 5, 0.005,
         settings={"machine": "M"}, time=61.25, time_law="as assumed",
         peaks={"X": (0.0, 1.0), "Y": (12.5, 300.0), "C": (36.0, np.nan)},
         slowest=(4, 1.0, 2.5), warnings=("look",), uncompensated=proof.Proof(0.0125, 0.01, 0, 0, 1, 0),
         strategies=(("optimal", 1.5, (10.0, 20.0), ""), ("paper", np.nan, (), "no way")), ways={},
     )  # fmt: skip
-    assert str(report).split("\n") == [
+    assert str(made).split("\n") == [
         "machine      M",
         "time         61.25 s, as assumed",
         "peaks        Y 12.5 mm/s 300 mm/s², C 36.0 °/s",

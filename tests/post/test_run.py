@@ -8,17 +8,17 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mathpost import machine, post
-from mathpost.controls import control, reader
-from mathpost.controls.writer import MOTION_ONLY
+from mathpost import machine, postprocess
 from mathpost.errors import InputError, MathpostError, ReachError
+from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.path.deviation import deviation
-from mathpost.post.motion import Motion
-from mathpost.post.proof import joints_of, measured
-from mathpost.post.ways import Crossing
-from mathpost.shell.main import main
+from mathpost.path.motion import Motion
+from mathpost.shop.controls import control, reader
+from mathpost.shop.controls.writer import MOTION_ONLY
+from mathpost.shop.post.proof import joints_of, measured
+from mathpost.shop.post.ways import Crossing
 from tests.conftest import DATA, FIVE_AXES, ROOT
 from tests.machines import machines
 from tests.post.sampled import sampled_errors
@@ -35,7 +35,7 @@ def twisted():
 @pytest.mark.parametrize("dialect", control.names())
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_blade(dmu50v, blade, dialect, tcp):
-    result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
+    result = postprocess(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
     assert result.joints.shape == (5, 5)
     np.testing.assert_array_equal(
         np.degrees(result.joints[:, 3:]).round(3)[[0, 4]], [[11.817, 175.815], [22.691, -8.075]]
@@ -50,7 +50,7 @@ def test_the_blade(dmu50v, blade, dialect, tcp):
 def test_a_whole_blade(twisted, name, strategy):
     data = machine.load(DATA / f"machines/{name}.toml")
     assert len(twisted) >= 5000
-    result = post.run(twisted, data, strategy=strategy)
+    result = postprocess(twisted, data, strategy=strategy)
     assert result.report.path_tip_error <= 0.01 and result.report.path_axis_error <= 0.1
     joints, place = result.blocks.joints[:2000], result.place[:2000]
     tip, axis = sampled_errors(Kinematics(data), twisted, joints, place, np.ones(1999, bool), 40)
@@ -68,7 +68,7 @@ def test_every_way_on_every_machine_keeps_both_tolerances_or_is_refused(blade, n
     kin = Kinematics(machine.load(DATA / f"machines/{name}.toml"))
     for granted in (0.1, NEEDED.get(singular, 0.02)):
         try:
-            result = post.run(blade, kin.machine, singular=singular, axis_tolerance=np.radians(granted))
+            result = postprocess(blade, kin.machine, singular=singular, axis_tolerance=np.radians(granted))
         except ReachError as error:
             reason = "needs an axis tolerance|on its great circle|is outside|no side to move it|different branch"
             assert granted == 0.1 or singular in ("other branch", "aside"), error
@@ -87,7 +87,7 @@ def test_every_way_on_every_machine_keeps_both_tolerances_or_is_refused(blade, n
 )
 def test_ways_through_the_whole_blade(dmu50v, twisted, singular, needed):
     part = twisted.part(700, 2000)
-    result = post.run(part, dmu50v.machine, singular=singular, axis_tolerance=np.radians(needed))
+    result = postprocess(part, dmu50v.machine, singular=singular, axis_tolerance=np.radians(needed))
     assert result.report.path_tip_error <= 0.01
     assert result.report.path_axis_error < needed
     assert (result.report.axis_error < 2e-4) == (singular == "retract")
@@ -95,12 +95,12 @@ def test_ways_through_the_whole_blade(dmu50v, twisted, singular, needed):
         with pytest.raises(
             ReachError, match=rf"no way '{singular}' from record \d+ to \d+: it needs an axis toler"
         ):
-            post.run(part, dmu50v.machine, singular=singular)
+            postprocess(part, dmu50v.machine, singular=singular)
 
 
 def test_where_the_great_circle_meets_the_pole_the_workpiece_side_axis_turns_in_place(dmu50v, blade):
     for tcp in (False, True):
-        result = post.run(blade, dmu50v.machine, tcp=tcp, axis_tolerance=np.radians(0.01))
+        result = postprocess(blade, dmu50v.machine, tcp=tcp, axis_tolerance=np.radians(0.01))
         swinging = np.abs(np.diff(result.blocks.words[:, 4])) > (10 if tcp else 0.9)
         _, axis = dmu50v.forward(result.blocks.joints)
         still = axis[1:][swinging] - axis[:-1][swinging]
@@ -112,26 +112,26 @@ def test_the_branch_changes_nowhere_but_at_the_pole(dmu50v_both_ways, twisted, b
     """The other branch has to come back behind the region; and 0.3° beside the pole there is no way to it."""
     strays = r"lags by .*° on its great circle, more than 0.*°, however often"
     with pytest.raises(ReachError, match=f"line 5, record 4: .*{strays}"):
-        post.run(blade, dmu50v_both_ways.machine, strategy="paper", singular="other branch")
+        postprocess(blade, dmu50v_both_ways.machine, strategy="paper", singular="other branch")
     trunnion = machine.load(DATA / "machines/ac_table.toml")
     with pytest.raises(ReachError, match=f"no way 'other branch' from record 833 to 857: .*{strays}"):
-        post.run(twisted.part(820, 870), trunnion, singular="other branch")
+        postprocess(twisted.part(820, 870), trunnion, singular="other branch")
     with pytest.raises(ReachError, match=strays):
-        post.run(twisted.part(820, 870), trunnion, strategy="paper")
+        postprocess(twisted.part(820, 870), trunnion, strategy="paper")
 
 
 def test_rapid_moves_that_swing_the_tool_axis_are_named(dmu50v, blade):
     rapid = replace(blade, rapid=np.array([False, False, True, False, False]))
-    (warning,) = (each for each in post.run(rapid, dmu50v.machine).report.warnings if "rapid" in each)
+    (warning,) = (each for each in postprocess(rapid, dmu50v.machine).report.warnings if "rapid" in each)
     assert warning == "rapid moves take the tool axis up to 2.5° off its great circle"
-    assert not [each for each in post.run(blade, dmu50v.machine).report.warnings if "rapid" in each]
+    assert not [each for each in postprocess(blade, dmu50v.machine).report.warnings if "rapid" in each]
 
 
 def test_splitting_lifts_unwinds_and_returns(twisted):
     data = machine.load(DATA / "machines/nutating_head.toml")
     with pytest.raises(ReachError, match="breaks"):
-        post.run(twisted, data)
-    result = post.run(twisted, data, split=True, clearance=30)
+        postprocess(twisted, data)
+    result = postprocess(twisted, data, split=True, clearance=30)
     assert "before record" in result.report.settings["splits"]
     assert result.report.path_tip_error <= 0.01 and result.report.tip_error < 1e-3
     assert result.report.path_axis_error < 0.1
@@ -142,27 +142,27 @@ def test_splitting_lifts_unwinds_and_returns(twisted):
 
 def test_inverse_time_without_tcp_only(dmu50v, twisted):
     part = twisted.part(0, 50)
-    without = post.run(part, dmu50v.machine, dialect="fanuc")
+    without = postprocess(part, dmu50v.machine, dialect="fanuc")
     assert "G93" in without.program and (~np.isnan(without.blocks.seconds)).sum() > 40
     # No axis is asked to go faster than it can, and no move faster than the feed.
     rates = np.abs(np.diff(without.blocks.joints, axis=0)) / without.blocks.seconds[1:, None]
     assert (rates <= dmu50v.machine.max_rates * 1.02).all()
-    with_tcp = post.run(part, dmu50v.machine, dialect="fanuc", tcp=True)
+    with_tcp = postprocess(part, dmu50v.machine, dialect="fanuc", tcp=True)
     assert "G43.4" in with_tcp.program and "G93" not in with_tcp.program and "F1500" in with_tcp.program
 
 
 def test_remarks_become_comments(dmu50v):
     cl = cldata.parse("SPINDL/3000,RPM,CLW\nGOTO/1,2,3,0,0,1\nCOOLNT/ON\nGOTO/2,2,3,0.1,0,0.994987\nFINI\n")
-    lines = post.run(cl, dmu50v.machine).program.splitlines()
+    lines = postprocess(cl, dmu50v.machine).program.splitlines()
     kinds = [re.sub(r"^\d+ ", "", line).split()[0] for line in lines]
     assert kinds[:6] == ["BEGIN", ";", "TOOL", "M3", "L", "M8"] and kinds[-2:] == [";", "END"]
 
 
 def test_tool_length_and_origin_matter(blade):
     data = machine.load(DATA / "machines/nutating_head.toml")
-    base = post.run(blade, data).blocks.words
+    base = postprocess(blade, data).blocks.words
     for change in ({"tool_length": 131.0}, {"origin": (0, 0, 1)}):
-        other = post.run(blade, data.with_setup(**change)).blocks.words
+        other = postprocess(blade, data.with_setup(**change)).blocks.words
         moved = np.abs(other[0] - base[0])
         assert moved[3:].max() == 0
         assert (moved[:3].max() > 0.01) == ("tool_length" in change)
@@ -187,7 +187,7 @@ def test_any_machine_any_path(any_machine, seed, step, tcp, singular, granted, r
     dialect = control.names()[seed % 3]
     try:
         options = {"tolerance": 0.02, "axis_tolerance": np.radians(granted), "singular": singular}
-        result = post.run(cl, any_machine, dialect=dialect, tcp=tcp, **options)
+        result = postprocess(cl, any_machine, dialect=dialect, tcp=tcp, **options)
     except MathpostError as error:
         assert len(str(error)) > 20
         return
@@ -212,7 +212,7 @@ def test_any_machine_any_path(any_machine, seed, step, tcp, singular, granted, r
 
 
 def test_verification_notices_a_changed_digit(dmu50v, blade):
-    result = post.run(blade, dmu50v.machine)
+    result = postprocess(blade, dmu50v.machine)
     motion = Motion(result.blocks.joints, result.place, np.zeros(len(result.place), bool))
     words = result.blocks.words.copy()
     words[40, 4] += 0.01
@@ -239,21 +239,21 @@ def test_verification_notices_a_changed_digit(dmu50v, blade):
 )
 def test_wrong_options(dmu50v, blade, change):
     with pytest.raises(InputError, match=next(iter(change))):
-        post.run(blade, dmu50v.machine, **change)
+        postprocess(blade, dmu50v.machine, **change)
 
 
 def test_an_option_that_nobody_knows(dmu50v, blade):
     with pytest.raises(InputError, match="dialect, tcp, .*found workers"):
-        post.run(blade, dmu50v.machine, workers=2)
+        postprocess(blade, dmu50v.machine, workers=2)
 
 
 def test_stages_and_what_is_compared(dmu50v, blade):
     stages = ["choosing", "planning", "writing", "reading back", "proving"]
     seen = []
-    report = post.run(blade, dmu50v.machine, progress=seen.append).report
+    report = postprocess(blade, dmu50v.machine, progress=seen.append).report
     assert seen == stages and report.strategies == () and report.ways == {}
     seen.clear()
-    report = post.run(blade, dmu50v.machine, progress=seen.append, compare=True).report
+    report = postprocess(blade, dmu50v.machine, progress=seen.append, compare=True).report
     assert seen == [*stages, "comparing"] and list(report.ways) == [(1, 2)]
     assert [row[0] for row in report.strategies] == ["optimal", "shortest", "paper"]
     assert "paper clamped" in str(report)
@@ -263,27 +263,27 @@ def test_records_that_repeat_the_one_before(dmu50v):
     remark = "PPRINT/HERE IT WAITS\n"
     first, second, third = (f"GOTO/{x},2,3,0,0,1\n" for x in (1, 4, 5))
     cl = cldata.parse("FEDRAT/500\n" + first + remark + second * 30 + third + remark)
-    lines = post.run(cl, dmu50v.machine).program.splitlines()
+    lines = postprocess(cl, dmu50v.machine).program.splitlines()
     assert [line.split()[1] for line in lines[2:-1]] == ["L", ";", "L", "L", ";"]
-    assert post.run(cl.part(0, 1), dmu50v.machine).report.worst_record == 1
-    assert post.run(cl.part(0, 1), dmu50v.machine, tcp=True).report.path_tip_error == 0
+    assert postprocess(cl.part(0, 1), dmu50v.machine).report.worst_record == 1
+    assert postprocess(cl.part(0, 1), dmu50v.machine, tcp=True).report.path_tip_error == 0
 
 
 def test_a_way_that_is_not_possible_is_named_with_its_records(dmu50v, blade):
     with pytest.raises(ReachError, match=r"no way 'cubic' from record 2 to 3: a spline needs a record"):
-        post.run(blade.part(0, 3), dmu50v.machine, singular="cubic")
+        postprocess(blade.part(0, 3), dmu50v.machine, singular="cubic")
 
 
 def test_without_a_cone_the_feed_decides(dmu50v, twisted):
     part = twisted.part(0, 300)
     silent = replace(part, feeds=np.full(300, np.nan))
     with pytest.raises(InputError, match="cone"):
-        post.run(silent, dmu50v.machine, cone=None)
+        postprocess(silent, dmu50v.machine, cone=None)
     half = replace(part, feeds=np.where(np.arange(300) < 150, np.nan, part.feeds))
     # The first move with a feed goes to record 151; what no feed asks for is no region.
-    assert post.run(half, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 150–")
+    assert postprocess(half, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 150–")
     quick = replace(part, feeds=1e4 * part.feeds)
-    assert post.run(quick, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 1–300")
+    assert postprocess(quick, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 1–300")
 
 
 class TestShell:
@@ -352,7 +352,7 @@ def test_a_calibration_of_micrometres_keeps_the_branch(name, blade, of):
     if name == "dmu50v":  # the blade passes its pole, where the travel of B ends: a little beyond must be allowed
         tilting = replace(nominal.rotary[0], limits=(-0.01, np.pi))
         nominal = replace(nominal, rotary=(tilting, nominal.rotary[1]))
-    before = post.run(blade, nominal).joints
+    before = postprocess(blade, nominal).joints
     for seed in range(of(1, 4)):
         rng = np.random.default_rng(seed)
         moved = [
@@ -363,7 +363,7 @@ def test_a_calibration_of_micrometres_keeps_the_branch(name, blade, of):
             )
             for joint in nominal.rotary
         ]
-        turned = (before - post.run(blade, replace(nominal, rotary=tuple(moved))).joints)[:, 3:]
+        turned = (before - postprocess(blade, replace(nominal, rotary=tuple(moved))).joints)[:, 3:]
         assert np.degrees(np.abs(turned - 2 * np.pi * np.rint(turned / (2 * np.pi)))).max() < 0.5
 
 
@@ -372,7 +372,7 @@ def test_a_calibration_of_micrometres_keeps_the_branch(name, blade, of):
 def test_the_report_times_what_is_written(dmu50v, blade, dialect, tcp):
     """Lifts are rapid where rapid traverse is a line, or one axis moves; others state a time or a feed."""
     blade = replace(blade, feeds=np.full(len(blade), 900.0))
-    result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp, singular="retract")
+    result = postprocess(blade, dmu50v.machine, dialect=dialect, tcp=tcp, singular="retract")
     rapid = result.blocks.rapid[1:]
     moving = (np.abs(np.diff(joints_of(dmu50v, result.blocks), axis=0)) > 1e-3).sum(axis=1)
     assert rapid.any() and (control.load(dialect).rapid_interpolated or (moving[rapid] == 1).all())
@@ -387,13 +387,13 @@ def test_the_report_times_what_is_written(dmu50v, blade, dialect, tcp):
 def test_a_head_that_makes_positions_mean_something_else_is_refused(dmu50v, blade, head):
     data = replace(dmu50v.machine, program_head=tuple(head))
     with pytest.raises(MathpostError, match="off the CL path|word before or in the first move|incremental"):
-        post.run(blade, data, dialect="fanuc")
+        postprocess(blade, data, dialect="fanuc")
 
 
 def test_a_tool_change_that_ends_in_rapid_traverse_is_not_gone_on_with(dmu50v):
     cl = cldata.parse("FEDRAT/500\nGOTO/0,0,0\nGOTO/9,0,0\nLOADTL/4\nGOTO/9,0,0\nGOTO/0,5,0\n")
     data = replace(dmu50v.machine, tool_change=("G0 G53 Z190.", "T{tool} M6"))
-    text = post.run(cl, data, dialect="fanuc").program
+    text = postprocess(cl, data, dialect="fanuc").program
     after = text[text.index("T4 M6") :].splitlines()[1]
     assert " G1 " in after and " X9" in after
 
@@ -401,13 +401,13 @@ def test_a_tool_change_that_ends_in_rapid_traverse_is_not_gone_on_with(dmu50v):
 def test_a_rate_that_is_not_known_is_said(dmu50v):
     slides = tuple(replace(axis, max_rate=None) if axis.name == "Z" else axis for axis in dmu50v.machine.linear)
     cl = cldata.parse("RAPID\nGOTO/0,0,100\nFEDRAT/500\nGOTO/0,0,0\nRAPID\nGOTO/0,0,100\n")
-    said = str(post.run(cl, replace(dmu50v.machine, linear=slides)).report)
+    said = str(postprocess(cl, replace(dmu50v.machine, linear=slides)).report)
     assert "Z not known" in said and "at least" in said
 
 
 def test_the_path_holds_the_records(dmu50v, blade):
     for tcp in (False, True):
-        found = post.run(blade, dmu50v.machine, tcp=tcp).report
+        found = postprocess(blade, dmu50v.machine, tcp=tcp).report
         assert found.path_tip_error >= found.tip_error and found.path_axis_error >= found.axis_error
 
 
@@ -415,13 +415,13 @@ def test_the_path_holds_the_records(dmu50v, blade):
 def test_a_program_says_what_the_control_has_to_hold(name, blade):
     """Pivots, work offset and tool length with TCP; without it the length that a head's words rest on."""
     data = machine.load(name).with_setup(tool_length=101.5, origin=(1, 2, 3))
-    text = post.run(blade, data, dialect="fanuc", tcp=True).program
+    text = postprocess(blade, data, dialect="fanuc", tcp=True).program
     for joint in data.rotary:
         assert f"CONTROL HOLDS: {joint.name} THROUGH " in text
     assert "CONTROL HOLDS: WORK OFFSET X1 Y2 Z3" in text and "101.5 MM FROM NOSE TO TIP, IN THE TOOL TABLE" in text
-    free = post.run(blade, data, dialect="linuxcnc", tcp=True).program
+    free = postprocess(blade, data, dialect="linuxcnc", tcp=True).program
     assert "101.5 MM FROM NOSE TO TIP, IN G54 AND THE KINEMATICS, 0 IN THE TOOL TABLE" in free
-    result = post.run(blade, data, dialect="fanuc")
+    result = postprocess(blade, data, dialect="fanuc")
     heads = any(joint.carries == "tool" for joint in data.rotary)
     assert ("101.5 MM FROM NOSE TO TIP" in result.program) == heads
     assert result.report.settings["tool length"] == "101.5 mm (machine file)"

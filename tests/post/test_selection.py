@@ -13,8 +13,8 @@ from mathpost.errors import InputError, ReachError
 from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import selection
-from mathpost.post.dynamic_programming import HALF_TURN
+from mathpost.path import selection
+from mathpost.path.dynamic_programming import HALF_TURN
 from tests.conftest import DATA
 from tests.machines import content
 
@@ -733,8 +733,8 @@ import numpy as np
 from mathpost import machine
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from mathpost.post import selection
-from mathpost.post.dynamic_programming import HALF_TURN
+from mathpost.path import selection
+from mathpost.path.dynamic_programming import HALF_TURN
 kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
 print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
 """

@@ -11,8 +11,9 @@ from mathpost import machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import selection, singular
-from mathpost.post.ways import AXIS_TOLERANCE, Crossing
+from mathpost.path import selection, singular
+from mathpost.path.singular import AXIS_TOLERANCE
+from mathpost.shop.post.ways import Crossing
 from tests.conftest import DATA
 from tests.machines import content, random_joints
 

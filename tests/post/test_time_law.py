@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import post
+from mathpost import postprocess
 from mathpost.kinematics import Kinematics
-from mathpost.post import selection
-from mathpost.post import time_law as module
-from mathpost.post.time_law import SETTLE, block_times, slow_down, time_law
-from mathpost.post.ways import Crossing
+from mathpost.path import selection
+from mathpost.shop.post import time_law as module
+from mathpost.shop.post.time_law import SETTLE, block_times, slow_down, time_law
+from mathpost.shop.post.ways import Crossing
 from tests.conftest import DATA
 from tests.linuxcnc import samples
 
@@ -230,7 +230,7 @@ def test_ways_through_the_blade_in_real_seconds(dmu50v, blade):
 
 def test_the_report_has_real_seconds(dmu50v, blade):
     fed = replace(blade, feeds=np.full(5, 300.0))
-    report = post.run(fed, dmu50v.machine, singular="retract").report
+    report = postprocess(fed, dmu50v.machine, singular="retract").report
     record, wanted, taken = report.slowest
     assert record == 4 and taken > 100 * wanted  # B turns by 13° while the tip all but stands
     assert report.peaks["C"] == pytest.approx([36, 200]) and report.time > 6
@@ -254,7 +254,7 @@ def test_a_control_that_looks_ahead_over_all_axes_is_faster_than_this_one():
     seconds = {}
     for name in ("upright", "pole"):
         for dialect in ("fanuc", "linuxcnc_g64", "linuxcnc"):
-            seconds[name, dialect] = post.run(samples.PATHS[name][1], samples.SETUP, dialect=dialect).report.time
+            seconds[name, dialect] = postprocess(samples.PATHS[name][1], samples.SETUP, dialect=dialect).report.time
     assert seconds["upright", "fanuc"] == pytest.approx(seconds["upright", "linuxcnc"], rel=1e-9)
     half = seconds["upright", "fanuc"] + 25 / LINEAR  # 1500 mm/min, reached and left with half the acceleration
     assert seconds["upright", "linuxcnc_g64"] == pytest.approx(half, rel=1e-6)

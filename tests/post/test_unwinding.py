@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine, post
-from mathpost.controls import control
+from mathpost import machine, postprocess
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post.proof import joints_of
+from mathpost.shop.controls import control
+from mathpost.shop.post.proof import joints_of
 
 HALF = np.radians(60)  # half angle of a cone with its apex at the origin, pointing up
 MACHINES = ["ac_table", "bc_table", "head_b_table_c", "ac_head", "nutating_head"]
@@ -44,7 +44,7 @@ def depth_in_the_cone(points):
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_tool_unwinds_clear_of_the_cone(name, dialect, tcp):
     data = with_c_to_200(name)
-    result = post.run(round_the_cone(), data, dialect=dialect, tcp=tcp, split=True)
+    result = postprocess(round_the_cone(), data, dialect=dialect, tcp=tcp, split=True)
     assert "before record" in result.report.settings["splits"]
     kin, blocks = Kinematics(data), result.blocks
     joints, tips = joints_of(kin, blocks), []
@@ -64,7 +64,7 @@ def test_the_tool_unwinds_clear_of_the_cone(name, dialect, tcp):
 def test_without_a_safe_position_no_path_is_split():
     data = replace(with_c_to_200("ac_table"), safe=None)
     with pytest.raises(InputError, match=r"record 41: to unwind: expected safe = \{ Z = … \} in \[linear\]"):
-        post.run(round_the_cone(), data, split=True)
+        postprocess(round_the_cone(), data, split=True)
 
 
 def test_a_safe_position_beside_the_part_is_refused():
@@ -72,7 +72,7 @@ def test_a_safe_position_beside_the_part_is_refused():
     with pytest.raises(
         MathpostError, match="to a safe position, its body, 10 mm across, meets the point of record"
     ):
-        post.run(round_the_cone(), data, split=True)
+        postprocess(round_the_cone(), data, split=True)
 
 
 TWO_TOOLS = """LOAD/TOOL,3,LENGTH,95
@@ -92,7 +92,7 @@ GOTO/10,5,0,0,0.2,0.979796
 def test_an_approach_goes_down_last_and_onto_the_part_at_its_feed(name, dialect, tcp):
     """Z of the machine, the rotary axes, X Y, then down to the lifted pose, and at the feed of the cut onto it."""
     data = replace(machine.load(name), program_foot=("M9",))
-    result = post.run(cldata.parse(TWO_TOOLS), data, dialect=dialect, tcp=tcp)
+    result = postprocess(cldata.parse(TWO_TOOLS), data, dialect=dialect, tcp=tcp)
     lines, words = result.program.splitlines(), control.load(dialect).lines("safe", data.safe[2], edge=1)
     starts = [row + len(words) - 1 for row, line in enumerate(lines) if line.endswith(words[0])]
     assert len(starts) == 2  # one for each tool
@@ -116,7 +116,7 @@ def test_the_rotary_axes_stand_where_they_are_while_a_tool_is_changed(dialect, t
     setup = replace(machine.load("ac_table"), program_head=("; OURS" if dialect == "heidenhain" else "G40",))
     lines = ["UNITS/MM", "FEDRAT/500,MMPM", "LOAD/TOOL,3", "SPINDL/900", "GOTO/0,0,9,0,0.5,0.8660254038",
              "GOTO/9,0,0", "LOAD/TOOL,7", "GOTO/0,5,9,0.5,0,0.8660254038", "GOTO/20,5,0"]  # fmt: skip
-    result = post.run(cldata.parse("\n".join(lines) + "\n"), setup, dialect=dialect, tcp=tcp)
+    result = postprocess(cldata.parse("\n".join(lines) + "\n"), setup, dialect=dialect, tcp=tcp)
     angles = [re.findall(r" [AC]\+?(-?[\d.]+)", line) for line in result.program.splitlines()]
     turned = [tuple(map(float, both)) for both in angles if len(both) == 2]
     assert list(dict.fromkeys(turned)) == [(30.0, 180.0), (30.0, 90.0)]
@@ -127,7 +127,7 @@ def test_the_rotary_axes_stand_where_they_are_while_a_tool_is_changed(dialect, t
 @pytest.mark.parametrize("dialect", ["heidenhain", "fanuc", "siemens"])
 def test_x_and_y_of_the_safe_position_are_left_and_reached_at_its_z(dialect):
     data = replace(machine.load("ac_table"), program_foot=("M9",), safe=(100.0, 150.0, 390.0))
-    blocks = post.run(cldata.parse(TWO_TOOLS), data, dialect=dialect).blocks
+    blocks = postprocess(cldata.parse(TWO_TOOLS), data, dialect=dialect).blocks
     steps = np.abs(np.diff(blocks.words[:, :3], axis=0)) > 1e-3
     over = blocks.words[:, :2] == [100.0, 150.0]
     assert over.all(axis=1).sum() == 4  # at the beginning and the end of each tool
@@ -143,12 +143,12 @@ def test_what_is_not_clear_at_the_safe_height_is_said():
     data = replace(machine.load("ac_table"), program_foot=("M9",), safe=(None, None, 300.0))
     for length, said in ((95, False), (180, False), (200, True), (250, True)):
         text = f"LOAD/TOOL,5,LENGTH,{length}\n".join([cuts[0] + cuts[1], cuts[2]])
-        warnings = post.run(cldata.parse(text), data).report.warnings
+        warnings = postprocess(cldata.parse(text), data).report.warnings
         assert any("safe Z" in each and "to record 3" in each for each in warnings) == said
 
 
 def test_motion_only_stays_motion_only():
-    text = post.run(cldata.parse(TWO_TOOLS), machine.load("ac_table")).program
+    text = postprocess(cldata.parse(TWO_TOOLS), machine.load("ac_table")).program
     assert "MOTION ONLY" in text and "M91" not in text
 
 
@@ -163,7 +163,7 @@ def test_random_splits_stay_clear_of_what_the_path_touched(seed):
     data = with_c_to_200(MACHINES[seed % 3])
     kin = Kinematics(data)
     try:
-        result = post.run(cldata.from_arrays(points, axes, feed=900), data, split=True, tcp=bool(seed % 2))
+        result = postprocess(cldata.from_arrays(points, axes, feed=900), data, split=True, tcp=bool(seed % 2))
     except MathpostError as error:
         assert "meets the point" in str(error) or "outside" in str(error)
         return

@@ -5,13 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from mathpost import machine
-from mathpost.controls.coordinates import Setup
+from mathpost import machine, postprocess
 from mathpost.errors import MathpostError
+from mathpost.interface.shell.main import main
 from mathpost.path import cl as cldata
-from mathpost.post import run
-from mathpost.post.verify import verify
-from mathpost.shell.main import main
+from mathpost.shop.controls.coordinates import Setup
+from mathpost.shop.post.verify import verify
 from tests.conftest import DATA
 from tests.independent.machine_model import Model
 from tests.machines import content
@@ -173,7 +172,7 @@ def test_a_block_that_is_lost_on_a_tilted_plane_is_named(control):
     lines += ["RAPID", f"GOTO/{own_words.numbers(20 * across + 9 * axis)}"]
     lines += [f"GOTO/{own_words.numbers((20 + step % 2) * across + 4 * step * along)}" for step in range(9)]
     path = cldata.parse("\n".join(lines) + "\n")
-    text = run(path, setup, dialect=control).program
+    text = postprocess(path, setup, dialect=control).program
     rows = text.splitlines()
     after = next(n for n, row in enumerate(rows) if re.search("PLANE|G53.1|CYCLE800", row))
     for gone in (after + 1, after + 4):

@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine
-from mathpost.controls.coordinates import Setup as Tables
+from mathpost import machine, postprocess
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import run
-from mathpost.post.verify import verify
+from mathpost.shop.controls.coordinates import Setup as Tables
+from mathpost.shop.post.verify import verify
 from tests.conftest import DATA
 from tests.independent import judge
 from tests.independent.machine_model import Model
@@ -59,7 +58,7 @@ def test_each_operation_is_cut_at_its_origin(control, tcp, of):
         head = ("; OURS",) if control == "heidenhain" else ("G40",)
         setup = replace(setup, offset=4, offsets=others, program_head=head)
         text, tips, axes = job(rng, setup, {4: np.zeros(3), 2: shift}, of(5, 10))
-        result = run(cldata.parse(text), setup, dialect=control, tcp=tcp)
+        result = postprocess(cldata.parse(text), setup, dialect=control, tcp=tcp)
         model = Model(DATA / "machines" / f"{name}.toml", origin=setup.origin)
         offsets = {"G55": shift, 2: shift, "G57": np.zeros(3), 4: np.zeros(3)}
         held = control not in ("fanuc", "haas", "mazak")  # by the tool call, not by G43
@@ -80,9 +79,9 @@ def with_offsets(*lines, **changes):
 
 
 def test_the_machine_file_says_which_offset_without_the_cl_data(blade):
-    lines = run(blade, replace(machine.load("dmu50v"), offset=3), dialect="fanuc").program.splitlines()
+    lines = postprocess(blade, replace(machine.load("dmu50v"), offset=3), dialect="fanuc").program.splitlines()
     assert [line.split()[-1] for line in lines if line.endswith("G56")] == ["G56"]
-    moved = run(blade, machine.load("dmu50v"), dialect="fanuc").program
+    moved = postprocess(blade, machine.load("dmu50v"), dialect="fanuc").program
     assert "G54" not in moved and "G56" not in moved
 
 
@@ -94,7 +93,7 @@ def test_the_machine_file_says_which_offset_without_the_cl_data(blade):
 )  # fmt: skip
 def test_the_words_of_high_numbers(control, number, word):
     cl, setup = with_offsets(f"MCSYS/NUM,{number}", "GOTO/1,2,3,0,0,1", "GOTO/5,2,3")
-    assert any(line.endswith(word) for line in run(cl, setup, dialect=control).program.splitlines())
+    assert any(line.endswith(word) for line in postprocess(cl, setup, dialect=control).program.splitlines())
 
 
 @pytest.mark.parametrize(
@@ -109,7 +108,7 @@ def test_the_words_of_high_numbers(control, number, word):
 def test_an_offset_that_nobody_knows_is_refused_with_its_line(control, lines, changes, words):
     cl, setup = with_offsets(*lines, **changes)
     with pytest.raises(InputError) as caught:
-        run(cl, setup, dialect=control)
+        postprocess(cl, setup, dialect=control)
     assert all(word in str(caught.value) for word in words)
 
 
@@ -159,7 +158,7 @@ def test_a_program_with_several_offsets_is_verified(control, tcp):
     origin = tuple(np.add(setup.origin, [60, -40, 12]).tolist())
     setup = replace(setup, offset=4, offsets=((2, origin),))
     cl = cldata.parse(job(rng, setup, {4: np.zeros(3), 2: np.zeros(3)})[0])
-    program = run(cl, setup, dialect=control, tcp=tcp).program
+    program = postprocess(cl, setup, dialect=control, tcp=tcp).program
 
     def verified(text, on, **tables):
         lengths = {str(tool): length for tool, length in LENGTHS.items()}
@@ -180,6 +179,6 @@ def test_an_offset_that_the_control_does_not_have_moves_no_record():
     """CL data of another system may number them as they like; with one origin there is nothing to shift."""
     setup = machine.load("ac_table")
     lines = ["UNITS/MM", "FEDRAT/500,MMPM", "GOTO/0,0,5,0,0,1", "GOTO/9,0,5,0,0,1"]
-    program = run(cldata.parse("\n".join(lines)), setup, dialect="haas").program
+    program = postprocess(cldata.parse("\n".join(lines)), setup, dialect="haas").program
     named = cldata.parse("\n".join([*lines[:2], "MCSYS/NUM,4711", *lines[2:]]))
     assert verify(program, setup, "haas", cl=named).status == 0

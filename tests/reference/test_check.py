@@ -4,8 +4,8 @@ import openpyxl
 import pytest
 
 from mathpost.errors import InputError
-from mathpost.shell.main import main
-from mathpost.workbook import Homework, Reference, check_folder, mark
+from mathpost.interface.shell.main import main
+from mathpost.teaching.workbook import Homework, Reference, check_folder, mark
 
 FEED = {"A1": "vc", "B1": 180, "A2": "D", "B2": 16, "A3": "fz", "B3": 0.08, "A4": "z", "B4": 4,
         "A6": "n", "B6": "=B1*1000/(PI()*B2)", "A7": "vf", "B7": "=B6*B3*B4"}  # fmt: skip
@@ -149,7 +149,7 @@ def test_a_class_has_a_table_and_marked_copies(saved, tmp_path):
 
 
 def test_the_reference_decides_and_the_check_of_its_kind_is_said_beside(saved, tmp_path):
-    from mathpost.workbook import check_file
+    from mathpost.teaching.workbook import check_file
 
     folder = "data/workbooks"
     reference = Reference(f"{folder}/right.xlsx", check_file)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mathpost.workbook import Reference
+from mathpost.teaching.workbook import Reference
 from tests.conftest import runs_all
 from tests.reference.pairs import SUBJECTS, agreeing_ways, pair
 

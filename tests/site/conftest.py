@@ -2,7 +2,7 @@
 
 import pytest
 
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 from tests.conftest import ROOT
 from tests.test_browser import browser, offline  # noqa: F401, fixtures
 

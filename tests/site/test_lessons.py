@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from mathpost.site import lesson
+from mathpost.interface.site import lesson
 from tests.conftest import LESSONS, ROOT
 from tests.site.reader import Reader
 from tests.test_browser import LIVE, lives, views_of

@@ -8,8 +8,8 @@ import nbformat
 import pytest
 from playwright.sync_api import expect
 
-from mathpost.shell.main import COMMANDS, main
-from mathpost.site import build, commands, course_map, reference, search
+from mathpost.interface.shell.main import COMMANDS, main
+from mathpost.interface.site import build, commands, course_map, reference, search
 from tests.conftest import DATA, ROOT
 from tests.site.reader import Reader
 from tests.test_browser import lives, opened
@@ -185,8 +185,8 @@ def test_the_reference_has_what_the_package_offers(site):
     "line", ["from mathpost.nowhere import x", "from mathpost.no.where import x", "from . import x"]
 )
 def test_a_lesson_that_names_a_module_which_is_not_there_has_no_reference_of_it(line):
-    assert reference.modules([line, "from mathpost.plane import pose"]) == reference.modules(
-        ["from mathpost.plane import pose"]
+    assert reference.modules([line, "from mathpost.shop.plane import pose"]) == reference.modules(
+        ["from mathpost.shop.plane import pose"]
     )
 
 

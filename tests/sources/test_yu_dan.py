@@ -6,15 +6,15 @@ import sympy as sp
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from mathpost.course.lesson_data import load, with_travel
 from mathpost.errors import MathpostError
 from mathpost.formula import numeric
+from mathpost.path import selection
+from mathpost.path.between_blocks import axis_lag, linearize, subdivide
 from mathpost.path.deviation import deviation
-from mathpost.post import selection
-from mathpost.post.between_blocks import axis_lag, linearize, subdivide
-from mathpost.post.ways import Crossing
+from mathpost.shop.post.ways import Crossing
 from mathpost.sources import yu_dan
 from mathpost.sources.yu_dan import equation_8, paper_clamped, paper_cubic
+from mathpost.teaching.course.lesson_data import load, with_travel
 from tests.conftest import DATA
 
 ROWS = (40, 50, 60, 70, 80)

@@ -16,13 +16,13 @@ import numpy as np
 import openpyxl
 import pytest
 
-from mathpost import workbench
-from mathpost.course.exercises.capstone import task
 from mathpost.errors import InputError
+from mathpost.interface import workbench
+from mathpost.interface.shell import main, post
+from mathpost.interface.workbench.panel import SENTENCE
+from mathpost.interface.workbench.run import Made, parsed
 from mathpost.path import cl
-from mathpost.shell import main, post
-from mathpost.workbench.panel import SENTENCE
-from mathpost.workbench.run import Made, parsed
+from mathpost.teaching.course.exercises.capstone import task
 from tests.conftest import DATA
 
 NOW = datetime.datetime(2026, 1, 1, tzinfo=datetime.UTC)
@@ -91,7 +91,7 @@ def test_the_controls_begin_with_the_defaults_of_the_shell(name, tmp_path):
     """What the panel would run, against argparse's own defaults."""
     options = vars(parsed(panel_of(name).words(tmp_path)))
     command = argparse.ArgumentParser()
-    main.import_module(f"mathpost.shell.{name}").add_arguments(command)
+    main.import_module(f"mathpost.interface.shell.{name}").add_arguments(command)
     for action in command._actions:
         if action.option_strings and action.dest not in ("help", "machine", "compare", "angles"):
             as_given = [*action.default] if isinstance(action.default, tuple) else action.default or None
@@ -303,7 +303,7 @@ def test_what_is_saved_replaces_nothing(tmp_path):
 
 def test_without_python_a_panel_is_its_sentence(monkeypatch):
     shown = []
-    monkeypatch.setattr("mathpost.workbench.panel.display", lambda data, raw: shown.append(data))
+    monkeypatch.setattr("mathpost.interface.workbench.panel.display", lambda data, raw: shown.append(data))
     panel_of("post")._ipython_display_()
     sentence, view = shown
     assert SENTENCE in sentence["text/html"] and SENTENCE in sentence["text/plain"]
@@ -414,7 +414,7 @@ def test_what_a_lesson_draws_is_there(number, tmp_path):
 def test_an_app_looks_at_nothing_of_its_server(monkeypatch, tmp_path):
     """Served by voila: what is uploaded and what comes with the package, no path, and nothing is saved there."""
     for module in ("options", "panel"):
-        monkeypatch.setattr(f"mathpost.workbench.{module}.IS_APP", True)
+        monkeypatch.setattr(f"mathpost.interface.workbench.{module}.IS_APP", True)
     panel = workbench.post(cl="blade.cl", machine="dmu50v")
     assert parsed(panel.words(tmp_path)).cl.name == "blade.cl"
     panel["cl"].field.value = str(DATA / "cl/blade.cl")

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from mathpost.shell import main
-from mathpost.workbench.panel import SENTENCE
+from mathpost.interface.shell import main
+from mathpost.interface.workbench.panel import SENTENCE
 from tests.conftest import DATA
 from tests.test_browser import CLOSE, CLOSE_ONLY, PICTURES, browser, lab, page, reopen, run  # noqa: F401, fixtures
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from mathpost import workbench
-from mathpost.course.lesson_data import data, load
-from mathpost.path import cl
-from mathpost.post import selection
+from mathpost.interface import workbench
+from mathpost.path import cl, selection
+from mathpost.teaching.course.lesson_data import data, load
 
 REGION = (1, 2)
 

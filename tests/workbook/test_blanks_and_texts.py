@@ -12,8 +12,8 @@ import openpyxl
 import pytest
 from openpyxl.worksheet.formula import ArrayFormula
 
-from mathpost.workbook.sheet.file import read
-from mathpost.workbook.sheet.graph import Graph
+from mathpost.teaching.workbook.sheet.file import read
+from mathpost.teaching.workbook.sheet.graph import Graph
 
 SAID = json.loads(Path(__file__).with_name("values_of_libreoffice.json").read_text(encoding="utf-8"))
 FIRST = 10  # row of the formulas

@@ -3,11 +3,11 @@
 import openpyxl
 import pytest
 
-from mathpost import workbook as room
-from mathpost.workbook import check_file, check_folder
-from mathpost.workbook.sheet import cells, links
-from mathpost.workbook.sheet.formula import NotUnderstood, parse
-from mathpost.workbook.sheet.graph import Graph
+from mathpost.teaching import workbook as room
+from mathpost.teaching.workbook import check_file, check_folder
+from mathpost.teaching.workbook.sheet import cells, links
+from mathpost.teaching.workbook.sheet.formula import NotUnderstood, parse
+from mathpost.teaching.workbook.sheet.graph import Graph
 from tests.workbook.test_strangers import SHEETS, workbook
 
 

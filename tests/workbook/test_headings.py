@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost.workbook import Task
+from mathpost.teaching.workbook import Task
 from tests.workbook.cells import Book, Values, address
 from tests.workbook.machining_sheets import MACHINES, TABLES, first_in_file, forward, order_of
 from tests.workbook.test_machining import checked, table

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from mathpost import machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from mathpost.workbook import Task, check_file
-from mathpost.workbook.sheet.formula import parse
+from mathpost.teaching.workbook import Task, check_file
+from mathpost.teaching.workbook.sheet.formula import parse
 from tests.workbook.cells import Book, Values, address, letters, save
 from tests.workbook.machining_sheets import MACHINES, PLANES, TABLES, first_in_file, forward, order_of
 from tests.workbook.test_strangers import ROOT

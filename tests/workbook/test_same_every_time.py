@@ -13,7 +13,7 @@ from tests.workbook.test_strangers import ROOT, SHEETS, given_by, workbook
 AWKWARD = ("N030", "G017", "k008")
 CHECK = """
 import json, sys
-from mathpost.workbook import Task, check_file
+from mathpost.teaching.workbook import Task, check_file
 
 reports = {}
 for name, path, task in json.loads(sys.argv[1]):

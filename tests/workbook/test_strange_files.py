@@ -10,11 +10,11 @@ import pytest
 from openpyxl.workbook.defined_name import DefinedName
 
 from mathpost.errors import InputError
-from mathpost.workbook import check_file
-from mathpost.workbook.sheet.file import read
-from mathpost.workbook.sheet.graph import Graph
-from mathpost.workbook.sheet.tree import text_of
-from mathpost.workbook.task import task_file
+from mathpost.teaching.workbook import check_file
+from mathpost.teaching.workbook.sheet.file import read
+from mathpost.teaching.workbook.sheet.graph import Graph
+from mathpost.teaching.workbook.sheet.tree import text_of
+from mathpost.teaching.workbook.task import task_file
 from tests.conftest import DATA
 from tests.workbook.test_strangers import SHEETS, workbook
 

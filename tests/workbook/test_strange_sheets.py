@@ -8,8 +8,8 @@ import re
 import openpyxl
 import pytest
 
-from mathpost.workbook import Task, check_file
-from mathpost.workbook.meaning.texts import reading
+from mathpost.teaching.workbook import Task, check_file
+from mathpost.teaching.workbook.meaning.texts import reading
 
 ELEMENTS = {  # of the passive elementary matrices, as formulas of cosine and sine
     "Z": ("={c}", "={s}", 0, "=-{s}", "={c}", 0, 0, 0, 1),

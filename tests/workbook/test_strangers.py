@@ -16,7 +16,7 @@ from openpyxl.workbook.defined_name import DefinedName
 from openpyxl.worksheet.formula import ArrayFormula
 
 from mathpost.errors import InputError
-from mathpost.workbook import Task, check_file
+from mathpost.teaching.workbook import Task, check_file
 
 ROOT = Path(__file__).parents[2]
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from mathpost.shell.main import main
-from mathpost.workbook import Task, check_file
+from mathpost.interface.shell.main import main
+from mathpost.teaching.workbook import Task, check_file
 from tests.workbook.test_strangers import FRESH, ROOT, SHEETS, workbook
 
 

@@ -11,13 +11,13 @@ import openpyxl
 import pytest
 import sympy as sp
 
-from mathpost import workbook
 from mathpost.errors import InputError, OutputError
-from mathpost.shell.main import main
+from mathpost.interface.shell.main import main
 from mathpost.sources.recipes import zxz_right
-from mathpost.workbook import Task, check_file
-from mathpost.workbook.sheet.formula import parse
-from mathpost.workbook.sheet.tree import text_of
+from mathpost.teaching import workbook
+from mathpost.teaching.workbook import Task, check_file
+from mathpost.teaching.workbook.sheet.formula import parse
+from mathpost.teaching.workbook.sheet.tree import text_of
 from tests.conftest import DATA, ROOT
 
 ANGLES, POINT = (135, 54.7356, -90), (3, 4, 5)
@@ -252,7 +252,7 @@ def test_error_values_and_an_empty_sheet(tmp_path):
 READ_HUGE = r"""
 import re, sys
 from pathlib import Path
-from mathpost.workbook import check_file
+from mathpost.teaching.workbook import check_file
 
 report = check_file(sys.argv[1])
 assert report.verdict == "right" and any("first 20000 rows" in text for text in report.warnings), report

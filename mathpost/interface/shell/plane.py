@@ -1,0 +1,198 @@
+"""A tilted plane in every control's words, the third angle, and a machine's positions on it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mathpost import euler, machine
+from mathpost.chain import machine_frames
+from mathpost.errors import InputError
+from mathpost.frame import Frame
+from mathpost.interface.shell.options import FILE, JSON, PRESENT, THREE, count_of, named, plain
+from mathpost.interface.shell.pose import control_lines, position_rows
+from mathpost.kinematics import Kinematics
+from mathpost.rotation import wrap
+from mathpost.shop.controls import plane_blocks
+from mathpost.shop.plane import pose, positioning
+from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
+
+if TYPE_CHECKING:
+    from mathpost.shop.plane.pose import Position
+
+SAME = 1e-6  # degrees: angles nearer than this are one
+SEEN = 10.0  # mm along the plane's X of a point whose place with a wrong K is shown
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add("words", nargs="*", metavar="WORD", help="as typed: G68.2 I135 J54.7356 K-90, PLANE SPATIAL …, CYCLE800(…)")
+    add("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="three of them: origin, on X, towards Y")
+    add("--normal", **THREE, metavar=("I", "J", "K"), help="direction of the plane's Z")
+    add("--x", **THREE, metavar=("I", "J", "K"), help="direction of its X (default: level, K is 0)")
+    add("--origin", **THREE, metavar=("X", "Y", "Z"), help="of the plane in the workpiece, mm")
+    add("--keep", choices=("B", "N"), default="", help="of a PLANE VECTOR whose B and N are not square")
+    add("--machine", **FILE, help="machine file: its positions, the third angle for it, the work offset")
+    add("--from", **PRESENT)
+    add("--json", **JSON)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the plane; return 1 if the machine has no position inside travel."""
+    plane = _read(options).to("G68.2")
+    answer: dict[str, Any] = {"origin": plane.origin, "x": plane.frame.x, "y": plane.frame.y, "z": plane.frame.z}
+    answer |= {"words": _words(plane), "wrong": _wrong(plane)}
+    found, lines = [], _plane_lines(plane, answer)
+    if options.machine is not None:
+        kinematics = Kinematics(machine.load(options.machine))
+        names = kinematics.machine.joint_names[3:]
+        present = np.array(count_of(options.present, names, "--from") if options.present else [0.0] * len(names))
+        found = pose.positions(kinematics, plane.origin, plane.frame.z, present)
+        taken = pose.taken(kinematics, plane.frame.z, present)
+        left = [_left(kinematics, plane, each) for each in found]
+        answer["machine"] = {
+            "name": kinematics.machine.name,
+            "positions": left,
+            "controls": pose.as_data(kinematics, taken),
+        }
+        lines += [
+            "",
+            *_machine_lines(kinematics, plane, found, left),
+            "",
+            *control_lines(kinematics, found, present.tolist(), taken),
+        ]
+    print(
+        json.dumps(answer, default=np.ndarray.tolist, ensure_ascii=False, indent=1)
+        if options.json
+        else "\n".join(lines)
+    )
+    return int(bool(found) and all(each.reasons for each in found))
+
+
+def _read(options: argparse.Namespace) -> Plane:
+    """Return the plane that the options state, in one way or another."""
+    said = [name for name in ("words", "point", "normal") if getattr(options, name)]
+    if len(said) != 1:
+        raise InputError("plane", "a control's words, three --point, or --normal", " and ".join(said) or "nothing")
+    if options.x and not options.normal:
+        raise InputError("--x", "--normal beside it", "none")
+    origin = _floats(options.origin) if options.origin else None
+    if options.words:
+        text = " ".join(options.words).upper()
+        if not text.startswith("CYCLE"):  # a decimal comma
+            text = re.sub(r"(?<=\d),(?=\d)", ".", text)
+        plane = plane_blocks.from_text(text, keep=options.keep)
+        return plane if origin is None else Plane(plane.notation, plane.values, origin, plane.keep)
+    if options.point:
+        if len(options.point) != 3:
+            raise InputError(
+                "--point", "three points: the origin, one on X, one towards Y", f"{len(options.point)}"
+            )
+        first, second, third = map(_floats, options.point)
+        z = np.cross(second - first, third - first)
+        frame = Frame.from_axes(z, second - first, first if origin is None else origin)
+    else:
+        z = _floats(options.normal)
+        level = euler.matrix("ZXZ", euler.from_direction("ZXZ", z))[:, 0]
+        frame = Frame.from_axes(
+            z, _floats(options.x) if options.x else level, np.zeros(3) if origin is None else origin
+        )
+    return Plane.from_frame(frame, "G68.2")
+
+
+def _floats(texts: Iterable[str]) -> np.ndarray:
+    return np.array([float(text) for text in texts])
+
+
+def _words(plane: Plane) -> dict[str, dict[str, str]]:
+    """Return each notation with its block, and a note where it locks."""
+    found = {}
+    for notation in NOTATIONS:
+        written = plane.to(notation)
+        found[notation] = {"block": plane_blocks.to_text(written), "note": written.note}
+    return found
+
+
+def _wrong(plane: Plane) -> list[dict[str, Any]]:
+    """Return the effect of wrong values of K: the plane stays, but everything on it turns about its origin."""
+    first, middle, third = plane.values
+    rows = {"left out": 0.0, "with the other sign": -third, "of the twin, with these I and J": third + 180}
+    by_value: dict[float, list[str]] = {}
+    for why, other in rows.items():
+        if abs(wrap(other - third)) > SAME:
+            by_value.setdefault(round(float(wrap(other)), 9), []).append(why)
+    found = []
+    for other, reasons in by_value.items():
+        frame = Plane("G68.2", np.array([first, middle, other]), plane.origin).frame
+        turned = float(wrap(other - third))
+        found.append(
+            {"why": " or ".join(reasons), "K": other, "turned": turned, "point": frame.point([SEEN, 0, 0])}
+        )
+    return found
+
+
+def _left(kinematics: Kinematics, plane: Plane, position: Position) -> dict[str, Any]:
+    """Return the rotation left between feature and machine at a position, and the work offset there."""
+    angles = position.joints[3:]
+    alignment = positioning.align(plane.frame, kinematics)
+    solution = alignment.at(angles)
+    workpiece, _ = machine_frames(kinematics.machine, [0, 0, 0, *angles], degrees=True)
+    return {
+        "joints": dict(zip(kinematics.machine.joint_names, position.joints.tolist(), strict=True)),
+        "out_of_travel": list(position.reasons),
+        "rho": solution.rho,
+        "K": solution.third_angle(),
+        "parallel": ["".join(pair) for pair in solution.parallel],
+        "offset": workpiece.point(plane.origin),
+    }
+
+
+def _plane_lines(plane: Plane, answer: dict[str, Any]) -> list[str]:
+    lines = [f"origin {named('XYZ', plane.origin)} mm"]
+    lines += [f"{name.upper()} {' '.join(f'{x:z.6f}' for x in answer[name])}" for name in "xyz"]
+    lines.append("")
+    for notation, said in answer["words"].items():
+        *before, last = said["block"].splitlines()
+        axes = notation.removeprefix("CYCLE800 ") if notation.startswith("CYCLE800") else ""
+        lines += [*before, f"{last}  ; {axes}" if axes else last]
+        lines += [f"   ({said['note']})"] * bool(said["note"])
+    lines.append(f"The same plane: G68.2 {named('IJK', euler.twin('ZXZ', plane.values, degrees=True))}")
+    here = " ".join(plain(x) for x in plane.frame.point([SEEN, 0, 0]))
+    lines += [
+        "",
+        f"K turns what lies on the plane, not the plane. X{SEEN:g} of it is at {here} in the workpiece. With a K",
+    ]
+    for row in answer["wrong"]:
+        at = " ".join(plain(x) for x in row["point"])
+        lines.append(
+            f"   {row['why']} (K {plain(row['K'])}): all is turned by {plain(row['turned'])}°, X{SEEN:g} is at {at}"
+        )
+    return lines if answer["wrong"] else lines[:-2]
+
+
+def _machine_lines(
+    kinematics: Kinematics, plane: Plane, found: Sequence[Position], left: Sequence[dict[str, Any]]
+) -> list[str]:
+    """Return lines on the positions, the rotation left at each, and the work offset."""
+    model = kinematics.machine
+    lines = [f"{model.name} ({model.arrangement})", *position_rows(kinematics, found), ""]
+    for n, row in enumerate(left, 1):
+        said = "the spindle's X lies along the plane's X"
+        if abs(wrap(row["rho"])) > SAME:
+            turned, right = plain(-row["rho"]), plain(row["K"])
+            said = f"the spindle's X is {turned}° from the plane's X, with K {right} along it"
+        beside = [f"{pair[0]} along the plane's {pair[1]}" for pair in row["parallel"] if pair[1] != "Z"]
+        lines.append(
+            f"{n}: K {plain(float(plane['K']))}: {said}; "
+            + (", ".join(beside) or "no slide is parallel to its X or Y")
+        )
+    if "table" in model.arrangement:
+        lines.append("Work offset at the plane's origin when the table has turned there, machine coordinates, mm:")
+        lines += [f"{n}: {named('XYZ', row['offset'])}" for n, row in enumerate(left, 1)]
+    return lines

@@ -1,0 +1,280 @@
+"""What the words of a program may mean: the values in the [read] table of a control's file, and what they do.
+
+A function here takes the reader (`mathpost.shop.controls.reader`), which keeps the modal state, and the line that
+the word is on. `MODES` apply at once, in the order of the line. `STATEMENTS` apply to the axes that the line names,
+when all of it is read. `NUMBERS` wait for a word that needs them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mathpost.shop.controls import curves, plane_blocks
+from mathpost.shop.controls.calls import LABELS
+from mathpost.shop.controls.curves import PLANES
+from mathpost.shop.controls.lines import Drilling, Line
+from mathpost.shop.controls.ways import holes
+from mathpost.shop.plane.tilted_plane import Plane
+
+if TYPE_CHECKING:
+    from mathpost.shop.controls.reader import Lines
+
+
+def _time(reader: Lines, *, inverse: bool = False, per_turn: bool = False) -> None:
+    reader.inverse = inverse
+    reader.per_turn = per_turn
+    reader.feed = np.nan
+
+
+def _counted(name: str, value: Any) -> Callable[[Lines, Line], None]:
+    return lambda reader, line: setattr(reader, name, value)
+
+
+def _defined(**said: float) -> Callable[[Lines, Line], None]:
+    """A cycle that is called later: of one that was defined before nothing holds."""
+
+    def define(reader: Lines, line: Line) -> None:
+        reader.defined, line.defines = dict(said), True
+
+    return define
+
+
+def _unit(reader: Lines, scale: float) -> None:
+    reader.scale = scale
+    reader.unit_stated = True
+
+
+def _said(name: str, value: Any) -> Callable[[Lines, Line], None]:
+    return lambda reader, line: setattr(line, name, value)
+
+
+def _cycle(slow: bool) -> Callable[[Lines, Line], None]:
+    """A drilling cycle that is done at every place from now on."""
+
+    def begin(reader: Lines, line: Line) -> None:
+        height = reader.at.words[PLANES[reader.plane][2]]
+        reader.motion = "linear"
+        reader.cycle = Drilling(height, slow)
+
+    return begin
+
+
+def _move(reader: Lines, line: Line) -> None:
+    """The rotary axes turn to a plane, and X Y Z go along."""
+    line.turned = line.slides = True
+
+
+MODES = {
+    "inverse time": lambda reader, line: _time(reader, inverse=True),
+    "feed per minute": lambda reader, line: _time(reader),
+    "feed per turn": lambda reader, line: _time(reader, per_turn=True),
+    "inch": lambda reader, line: _unit(reader, 25.4),
+    "mm": lambda reader, line: _unit(reader, 1.0),
+    "incremental": _counted("incremental", True),
+    "absolute": _counted("incremental", False),
+    "absolute centre": _counted("absolute_centre", True),
+    "incremental centre": _counted("absolute_centre", False),
+    "cycle": _cycle(False),
+    "cycle out at feed": _cycle(True),
+    "cycle definition": _defined(),
+    "cycle definition out at feed": _defined(**{"cycle feed out": 0.0}),
+    "cycle off": _counted("cycle", None),
+    "return to initial": _counted("leave", "initial"),
+    "return to clearance": _counted("leave", "clearance"),
+    "end": _counted("ended", True),
+    "rapid block": _said("rapid", True),
+    "machine coordinates": _said("in_machine", True),
+    "cycle call": _said("called", True),
+    "turn": _said("turned", True),
+    "move": _move,
+    "stay": _said("turned", False),
+    "higher position": _said("choice", {"seq": "+"}),
+    "lower position": _said("choice", {"seq": "-"}),
+    "arc": lambda reader, line: setattr(line, "curve", line.curve or "arc"),
+    "clockwise": _said("curve", "clockwise"),
+    "counterclockwise": _said("curve", "counterclockwise"),
+}
+
+
+def _centre(reader: Lines, line: Line, text: str) -> None:
+    """The centre of the arcs that follow."""
+    reader.centre = reader.target(line)[:3]
+
+
+def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, str], None]:
+    """A shift of the datum by the axes that the line names."""
+
+    def shift(reader: Lines, line: Line, text: str) -> None:
+        held = "shift" if reader.at.plane is None else "inner"  # on a tilted plane, along its axes
+        line.used("axis ")
+        shift = np.zeros(3) if anew else getattr(reader.at, held).copy()
+        for name, (value, counted) in line.axes.items():
+            axis = reader.names.index(name)
+            if axis > 2:
+                if value:
+                    raise reader.error("a shift of X Y Z", f"of {name}")
+                continue
+            value *= reader.scale
+            shift[axis] = shift[axis] + value if added or counted == "incremental" else value
+        reader.at.change(**{held: shift})
+
+    return shift
+
+
+def _home(reader: Lines, line: Line, text: str) -> None:
+    """The axes that the line names, or all, go to where the control has its reference point: nobody knows here."""
+    line.used("axis ")
+    named = [reader.names.index(name) for name in line.axes] or list(range(len(reader.names)))
+    if reader.at.on_tip and min(named) < 3:
+        named = [0, 1, 2, *(axis for axis in named if axis > 2)]
+    reader.at.words[named] = np.nan
+
+
+def _plane(reader: Lines, line: Line, text: str) -> None:
+    """A tilted plane; where its line says so, or the control does it by itself, the rotary axes turn to it."""
+    if reader.control.positioning == "siemens":
+        plane = plane_blocks.from_text(text)
+        kept, direction = plane_blocks.swivel(text)
+        _no_frames(reader, line, text)  # a new plane deletes what was programmed before
+        reader.at.change(plane=_in_mm(reader, plane))
+        if direction:
+            _turn_to(reader, line, direction=direction)
+        if not kept:
+            reader.at.words[:3] = np.nan
+        return
+    _leave(reader)
+    plane = plane_blocks.from_text(text)
+    line.used("axis ", "centre ", "argument", "feed")
+    plane = _in_mm(reader, plane)
+    reader.at.change(plane=plane)
+    if reader.control.positioning == "heidenhain":  # what the program may turn the axes by itself with, as A+Q120
+        angles = reader.at.angles_for(plane, reader.control.positioning, **line.choice)
+        reader.plane_angles = dict(zip(reader.names[3:], angles.tolist(), strict=True))
+    if line.turned:
+        _turn_to(reader, line, **line.choice)
+    if line.slides:
+        reader.at.words[:3] = np.nan
+
+
+def _in_mm(reader: Lines, plane: Plane) -> Plane:
+    return replace(plane, origin=plane.origin * reader.scale)
+
+
+def _leave(reader: Lines) -> None:
+    """No tilted plane any more. A shift on it would go on along axes that differ from control to control."""
+    if reader.at.inner.any():
+        raise reader.error("the shift on the tilted plane taken back before the plane ends", "it holds")
+    reader.at.change(plane=None)
+
+
+def _no_frames(reader: Lines, line: Line, text: str) -> None:
+    """Delete a tilted plane and all shifts of the datum."""
+    if line.axes:
+        raise reader.error("no axes behind it", ", ".join(line.axes))
+    reader.at.change(plane=None, inner=np.zeros(3), shift=np.zeros(3))
+
+
+def _working_plane(reader: Lines, line: Line, text: str) -> None:
+    """Cycle 19 of Heidenhain: the program itself turns the rotary axes, by the angles that the cycle leaves."""
+    if not re.search(r"19\.1\s+[ABC]", text):
+        _leave(reader)
+        return
+    reader.note("spatial angles", "cycle 19")
+    _plane(reader, line, text)
+
+
+def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
+    """The rotary axes go to the position that this control takes, the slides do not move."""
+    joints, control = reader.at.joints(), reader.control
+    _no_tcp(reader)
+    if reader.at.plane is None:
+        raise reader.error("a tilted plane before it", "none")
+    if not control.positioning:
+        raise reader.error(f"a rule of {control.name} for the rotary axes", "none in its file")
+    angles = reader.at.angles_for(reader.at.plane, control.positioning, **choice)
+    reader.turn_to(joints, angles)
+
+
+def _no_tcp(reader: Lines) -> None:
+    """With TCP the slides would follow, on one control, and on another the block is an alarm."""
+    if reader.at.tcp:
+        raise reader.error("TCP off where the rotary axes turn to a plane or back", "it is on")
+
+
+def _turn(reader: Lines, line: Line, text: str) -> None:
+    _turn_to(reader, line)
+
+
+def _plane_off(reader: Lines, line: Line, text: str) -> None:
+    _leave(reader)
+    line.used("argument", "feed")
+    if line.turned:
+        _no_tcp(reader)
+        reader.turn_to(reader.at.joints(), np.zeros(len(reader.names) - 3))
+    if line.slides:
+        reader.at.words[:3] = np.nan
+
+
+def _retract(reader: Lines, line: Line, text: str) -> None:
+    """The tool goes off the part, as far as the control likes."""
+    reader.at.words[:3] = np.nan
+
+
+def _everywhere(reader: Lines, line: Line, text: str) -> None:
+    """A cycle behind every move from now on, or none any more."""
+    reader.everywhere = curves.heights(text) if "(" in text else None
+
+
+def _once(reader: Lines, line: Line, text: str) -> None:
+    """A cycle where the tool is."""
+    holes(reader, reader.at.words, 2, curves.heights(text))
+
+
+STATEMENTS = {
+    "modal call": _everywhere,
+    "cycle here": _once,
+    "retract": _retract,
+    "centre": _centre,
+    "shift": _shift(),
+    "new shift": _shift(anew=True),
+    "added shift": _shift(added=True),
+    "home": _home,
+    "tilted plane": _plane,
+    "working plane": _working_plane,
+    "no frames": _no_frames,
+    "turn to plane": _turn,
+    "plane off": _plane_off,
+}
+NUMBERS = {
+    *(f"{word} {letter}" for word in ("centre", "centre at", "tool axis") for letter in "XYZ"),
+    *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract", "feed", "feed out", "pitch")),
+    "radius",
+    "turns",  # of an arc, the one that is begun included
+    "full turns",  # before it
+    "sweep",  # degrees
+}
+# What is assumed where such a word occurs, in the words of the report.
+ASSUMED = {
+    "compensation": "the radius that line {line} ({word}) compensates is 0: X Y Z are taken for the tool's centre",
+    "on arcs": "the rotary axes turn evenly in a block; by line {line} ({word}) the control takes the tool axis "
+    "on the shortest way",
+    "spatial angles": "the angles of line {line} ({word}) are those of PLANE SPATIAL, not of the rotary axes",
+    "tool change": "{word} stand still while a tool is changed, first before line {line}",
+    "unplaced": "a move is judged from where all axes are known; in line {line} first one moves without "
+    "that: {word}",
+    "unit": "no word says whether positions are mm or inches: mm",
+    "no point": "{word} in line {line} counts mm, inches or degrees, as if it had a point: {control.whole_numbers}",
+}
+MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
+# Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
+OTHERS = ("skip", *LABELS, "end of section", "return", "argument", "flow", "zero", "tool", "tool number", "length",
+          "speed", "work offset", "dwell seconds", "dwell milliseconds", "TCP on", "TCP off", "TCP on with vectors",
+          "plane angle", "absolute axis", "incremental axis")  # fmt: skip
+# How a plane is gone to: words that a line without a plane has no use for.
+POSITIONING = ("turn", "move", "stay", "higher position", "lower position")
+MEANINGS = (*MODES, *STATEMENTS, *sorted(NUMBERS), *MOTIONS, *ASSUMED, *OTHERS)

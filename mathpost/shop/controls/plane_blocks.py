@@ -1,0 +1,202 @@
+"""Tilted planes as NC blocks: written as a control accepts them, and read back."""
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from mathpost.errors import NUMBER, InputError
+from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
+
+VECTOR_DECIMALS = 7  # the most that the control reads
+# Words of a PLANE block, or of cycle 19, that change how the axes get there and not where the plane is.
+POSITIONING = re.compile(
+    rf"(?<!\S)(?:TURN|MOVE|STAY|SEQ[-+]|SYM[-+]|(?:COORD|TABLE) ROT|F ?MAX|F ?AUTO"
+    rf"|MB ?MAX|(?:DIST|ABST|MB|F) ?{NUMBER})(?!\S)"
+)
+
+
+def _mode(order: str) -> int:
+    """_MODE of an axis-by-axis swivel: two bits for the axis of each of _A, _B and _C, X 1, Y 2, Z 3."""
+    return sum(("XYZ".index(axis) + 1) << 2 * place for place, axis in enumerate(order))
+
+
+MODES = {_mode(name[-3:]): name for name in NOTATIONS if re.fullmatch("CYCLE800 [XYZ]{3}", name)}
+MODE_SOLID = 64  # bits 7-6 of _MODE are 01; axis by axis they are 00
+
+
+def to_text(
+    plane: Plane, *, decimals: int = 4, positioning: str = "STAY", swivel_data: str = "TC1", direction: int = -1
+) -> str:
+    """Return the NC block or blocks of one `Plane`, lines without block numbers.
+
+    The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift goes before, if it is not zero. Angles
+    and lengths have so many `decimals`. A PLANE block ends with `positioning`, such as ``"MOVE DIST50 F1000
+    SEQ-"``. CYCLE800 holds `swivel_data`, the name of the machine's record, and `direction`, −1 or +1: the lower or
+    the higher value of the reference rotary axis.
+
+    Examples
+    --------
+    >>> print(to_text(Plane("G68.2", [135, 54.7356, -90])))
+    G68.2 X0. Y0. Z0. I135. J54.7356 K-90.
+    >>> print(to_text(Plane("PLANE SPATIAL", [0, 54.7356, 45], [10, 0, -2.5]), positioning="MOVE DIST50 FMAX"))
+    TRANS DATUM AXIS X+10 Y+0 Z-2.5
+    PLANE SPATIAL SPA+0 SPB+54.7356 SPC+45 MOVE DIST50 FMAX
+    >>> print(to_text(Plane("CYCLE800 ZYX", [45, 54.7356, 0])))
+    CYCLE800(0,"TC1",0,27,0,0,0,45,54.7356,0,0,0,0,-1,0,1)
+    """
+    if plane.values.ndim != 1 or plane.origin.ndim != 1:
+        raise InputError("plane", "one plane", f"planes of shape {plane.values.shape[:-1]}")
+    if direction not in (-1, 1):
+        raise InputError("direction", "-1 or +1", repr(direction))
+    kind, _, variant = plane.notation.partition(" ")
+    origin = dict(zip("XYZ", plane.origin, strict=True))
+    values = dict(zip(plane.words, plane.values, strict=True))
+    if kind == "G68.2":  # every number with its decimal point, or it counts increments
+        return f"G68.2 {_written(origin | values, decimals, point='.')}"
+    if kind == "CYCLE800":
+        solid = variant == "solid"
+        angles = [*plane.values[:2], 0.0] if solid else plane.values
+        mode = MODE_SOLID if solid else _mode(variant)
+        numbers = ",".join(_number(value, decimals) for value in (*plane.origin, *angles, 0, 0, 0))
+        rest = _number(plane.values[2], decimals) if solid else "0"
+        turned = "" if rest == "0" else f"\nAROT Z{rest}"
+        return f'CYCLE800(0,"{swivel_data}",0,{mode},{numbers},{direction},0,1){turned}'
+    plus, shifted = ("+", "TRANS DATUM AXIS") if kind == "PLANE" else ("", "TRANS")
+    shift = f"{shifted} {_written(origin, decimals, plus)}\n" if plane.origin.any() else ""
+    words = _written(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals, plus)
+    return f"{shift}{plane.notation} {words} {positioning}" if kind == "PLANE" else f"{shift}AROT {words}"
+
+
+def from_text(text: str, *, keep: str = "") -> Plane:
+    """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
+
+    How the axes get there (STAY, MOVE, SEQ, F … of a PLANE block) is passed over. `InputError` names the line where
+    a word is missing, doubled, not a number or not one of the block, or where a second plane begins.
+
+    Examples
+    --------
+    >>> from_text("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
+    array([135.    ,  54.7356, -90.    ])
+    """
+    plane, origin = None, np.zeros(3)
+    for number, line in enumerate(text.splitlines(), 1):
+        where, block = f"line {number}", re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
+        words = _Words(block, where)
+        if not block:
+            continue
+        if words.begin("TRANS DATUM AXIS", "TRANS"):
+            origin = words.take("XYZ", optional=True)
+        elif plane and plane.notation == "CYCLE800 solid" and words.begin("AROT"):
+            plane = Plane(plane.notation, np.add(plane.values, [0, 0, *words.take("Z")]), plane.origin)
+        elif plane:
+            raise InputError(where, "one plane only", repr(block))
+        else:
+            plane = _read_plane(words, origin, keep)
+        words.done()
+    if plane is None:
+        raise InputError("text", "a block with G68.2, PLANE, CYCLE800 or AROT", repr(text))
+    return plane
+
+
+def swivel(text: str) -> tuple[bool, int]:
+    """Whether a CYCLE800 leaves the slides where they are, and its direction: −1, +1, or 0 where nothing turns.
+
+    Examples
+    --------
+    >>> swivel('CYCLE800(2,"TC1",0,57,0,0,0,0,45,0,0,0,0,-1,0,1)')
+    (False, -1)
+    """
+    arguments = [argument.strip() for argument in text[text.index("(") + 1 : text.rindex(")")].split(",")]
+    numbers = []
+    for place in (0, 2, 13):
+        given = arguments[place] if place < len(arguments) else ""
+        if not re.fullmatch(r"(?:[-+]?\d+)?", given):
+            raise InputError("CYCLE800", f"a whole number as argument {place + 1}", repr(given))
+        numbers.append(int(given or 0))
+    retract, added, direction = numbers
+    if added % 10:
+        raise InputError("CYCLE800", "a new plane, _ST 0", f"one on top of the last, _ST {added}")
+    return retract == 0, direction
+
+
+class _Words:
+    """The words of a block: what nobody has taken in the end is refused."""
+
+    def __init__(self, block: str, where: str) -> None:
+        self.block, self.where, self.rest = block, where, block
+
+    def begin(self, *heads: str) -> str:
+        """Take what the block begins with; "" if it is none of `heads`."""
+        head = next((head for head in heads if re.match(rf"{re.escape(head)}(?![A-Z\d.])", self.rest)), "")
+        self.rest = self.rest.removeprefix(head)
+        return head
+
+    def take(self, words: Iterable[str], optional: bool = False) -> np.ndarray:
+        """Take the values of words; a missing one is 0 if `optional`."""
+        values = []
+        for word in words:
+            pattern = rf"(?<![A-Z]){word}\s*=?\s*({NUMBER})(?![\d.])"
+            found = re.findall(pattern, self.rest)
+            if len(found) > 1 or not (found or optional):
+                raise InputError(self.where, f"one word {word} with a number", f"{len(found)} in {self.block!r}")
+            values.append(float(found[0]) if found else 0.0)
+            self.rest = re.sub(pattern, " ", self.rest)
+        return np.array(values)
+
+    def drop(self, words: re.Pattern[str]) -> None:
+        """Take words that say nothing about the plane."""
+        self.rest = words.sub(" ", self.rest)
+
+    def done(self) -> None:
+        if rest := self.rest.split():
+            raise InputError(self.where, "no other words in a block of a plane", repr(" ".join(rest)))
+
+
+def _read_plane(words: _Words, origin: np.ndarray, keep: str) -> Plane:
+    if words.rest.startswith("CYCLE800"):
+        return _read_cycle800(words)
+    if words.begin("CYCL DEF 19.1"):
+        words.drop(POSITIONING)
+        return Plane("PLANE SPATIAL", words.take("ABC", optional=True), origin, keep)
+    if words.begin("G68.2"):
+        origin = words.take("XYZ", optional=True)
+        return Plane("G68.2", words.take(NOTATIONS["G68.2"].words), origin, keep)
+    if words.begin("AROT"):
+        return Plane("AROT RPY", words.take(NOTATIONS["AROT RPY"].words, optional=True), origin, keep)
+    notation = words.begin("PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR")
+    if not notation:
+        expected = "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT"
+        raise InputError(words.where, expected, repr(words.block))
+    words.drop(POSITIONING)
+    return Plane(notation, words.take(NOTATIONS[notation].words), origin, keep)
+
+
+def _read_cycle800(words: _Words) -> Plane:
+    call = re.fullmatch(r"CYCLE800\s*\(([^()]*)\)", words.rest)
+    arguments = [argument.strip() for argument in call.group(1).split(",")] if call else []
+    if not 10 <= len(arguments) <= 17:
+        raise InputError(words.where, "CYCLE800 with at least ten arguments, at most seventeen", repr(words.block))
+    words.rest = ""
+    try:
+        numbers = [float(argument or 0) for argument in arguments[3:13]]
+    except ValueError:
+        raise InputError(words.where, "numbers after the swivel data record's name", repr(words.block)) from None
+    mode, origin, angles, shift = int(numbers[0]), numbers[1:4], numbers[4:7], [*numbers[7:], 0, 0, 0][:3]
+    if mode >> 6 != 1 and mode not in MODES:
+        raise InputError(words.where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
+    values = angles if mode in MODES else [*angles[:2], 0.0]
+    plane = Plane(MODES.get(mode, "CYCLE800 solid"), np.array(values), np.array(origin))
+    # _X1 _Y1 _Z1 move the origin once more, along the axes as turned.
+    return Plane(plane.notation, plane.values, plane.frame.point(np.array(shift)))
+
+
+def _number(value: float, decimals: int) -> str:
+    text = f"{value:z.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def _written(values: dict[str, float], decimals: int, plus: str = "", point: str = "") -> str:
+    """Words with their values; `plus` before a number without a sign, `point` behind one without a point."""
+    texts = [(word, _number(value, decimals)) for word, value in values.items()]
+    return " ".join(f"{word}{plus * (text[0] != '-')}{text}{point * ('.' not in text)}" for word, text in texts)

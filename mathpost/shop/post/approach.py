@@ -1,0 +1,132 @@
+"""Ways between the part and the safe position: approach, retract, unwinding, and on to another work offset."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mathpost.errors import InputError
+from mathpost.machine import Machine
+from mathpost.path.modal import Command
+from mathpost.path.motion import LIFTED, ON_PART, SAFE, Motion
+from mathpost.shop.controls.blocks import Blocks
+from mathpost.shop.post.body import BODY, spread
+from mathpost.shop.post.options import Options
+from mathpost.sources.yu_dan import lifted
+
+TURN = np.radians(5.0)  # between the positions of a rotary axis that are looked at while it turns
+
+if TYPE_CHECKING:
+    from mathpost.kinematics import Kinematics
+    from mathpost.path.selection import Selection
+    from mathpost.shop.post.steps import Plan, ToolPath
+
+
+def approaches(machine: Machine, options: Options) -> bool:
+    """Whether a program comes from the safe position and goes back: it has a head or a foot, and they are known."""
+    has_frame = bool(machine.program_head or machine.program_foot)
+    return machine.safe is not None and has_frame and bool(options.control.commands["safe"])
+
+
+def approached(path: ToolPath, motion: Motion, clearance: float) -> Motion:
+    """Put the way from the safe position before a motion, and the way back behind it."""
+    to_part, from_part = above(path, motion.joints[[0, -1]], clearance)
+    machine, kinds = path.kin.machine, np.array([LIFTED, SAFE, SAFE])
+    first, last = motion.place[[0, -1]]
+    before = Motion(away(machine, to_part)[::-1], np.full(3, first), kinds[::-1])
+    behind = Motion(away(machine, from_part), np.full(3, last), kinds)
+    return Motion.joined([before, motion, behind])
+
+
+def from_safe(path: ToolPath, motion: Motion, free: np.ndarray, before: Plan) -> tuple[Motion, np.ndarray]:
+    """Put the way from the safe position of the plan before in front: there the rotary axes turn first."""
+    standing = counted_from(path, before, before.moves.motion.joints[-1])
+    turned = np.r_[standing[:3], motion.joints[0, 3:]]
+    first = Motion(np.array([standing, turned]), motion.place[[0, 0]], np.array([SAFE, SAFE]))
+    return Motion.joined([first, motion]), np.r_[free[[0, 0]], free]
+
+
+def counted_from(path: ToolPath, before: Plan, joints: np.ndarray) -> np.ndarray:
+    """Return joints, shape (5,), of a plan counted from the origin of another path."""
+    moved = np.array(joints)
+    moved[:3] += before.path.shift - path.shift
+    return moved
+
+
+def approach_command(path: ToolPath, blocks: Blocks, safe: tuple[float | None, float | None, float]) -> Command:
+    """The command to go to the safe Z, and to turn the rotary axes there, before the first move."""
+    names, angles = path.kin.machine.joint_names[3:], blocks.words[0, 3:].tolist()
+    return Command("approach", (safe[2], dict(zip(names, angles, strict=True))), "")
+
+
+def unwound(path: ToolPath, chosen: Selection, record: int, clearance: float) -> Motion:
+    """Lead the joints from one record to the next by the safe position, where the rotary axes unwind.
+
+    The tool leaves along its axis, then Z and, where the machine file states them, X and Y go to the safe position;
+    the rotary axes turn, and it comes back in the opposite order. `InputError` is raised if the machine file has no
+    safe position: beside the part a whole turn would take the tool through it.
+    """
+    safe = path.kin.machine.safe
+    if safe is None:
+        expected = "safe = { Z = … } in [linear] of the machine file: where the rotary axes may turn freely"
+        raise InputError(f"{path.cl.where(record)}: to unwind", expected, "none")
+    before, after = chosen.joints[record - 1 : record + 1]
+    off, onto = (away(path.kin.machine, over) for over in above(path, np.array([before, after]), clearance))
+    turned = np.r_[off[-1][:3], onto[-1][3:]]
+    joints = np.array([before, *off, turned, *onto[::-1], after])
+    place = record - 1 + np.repeat([0.0, 1.0], [4, 5])
+    half = [ON_PART, LIFTED, SAFE, SAFE]
+    return Motion(joints, place, np.array([*half, SAFE, *half[::-1]]))
+
+
+def above(path: ToolPath, joints: np.ndarray, clearance: float) -> np.ndarray:
+    """Lift joints, shape (n, 5), along the tool axis until every point of the path lies `clearance` below the tip.
+
+    From there the tool may go on in any direction that does not lead back.
+    """
+    tips, axes = path.kin.forward(joints)
+    height = [max(0.0, np.max((path.cl.points - tip) @ axis)) for tip, axis in zip(tips, axes, strict=True)]
+    return lifted(path.kin, joints, np.array(height)[:, None] + clearance)
+
+
+def away(machine: Machine, joints: np.ndarray) -> np.ndarray:
+    """Return joints, shape (5,), then with Z at the safe position, then with X and Y if the file states them."""
+    stated = [(axis, position) for axis, position in enumerate(machine.safe or ()) if position is not None]
+    way = np.array([joints] * 3)
+    for axis, position in stated:
+        way[1 if axis == 2 else 2 :, axis] = position - machine.slides[axis]
+    return way
+
+
+def over_all(path: ToolPath, standing: np.ndarray, wanted: np.ndarray) -> bool:
+    """Whether at the safe Z the tool is above all that the path touches, wherever X and Y are.
+
+    And whichever rotary axis turns first, or how they turn at once, from `standing` to `wanted`, radians.
+    """
+    machine = path.kin.machine
+    if machine.safe is None:
+        return False
+    ends = [cl.points[~cl.rapid] + shift - path.shift for cl, shift in path.parts if not cl.rapid.all()]
+    if not ends:
+        return True
+    low = np.min([points.min(axis=0) for points in ends], axis=0)
+    high = np.max([points.max(axis=0) for points in ends], axis=0)
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    turns = [np.linspace(a, b, 2 + int(abs(b - a) / TURN)) for a, b in zip(standing, wanted, strict=True)]
+    angles = np.array(list(product(*turns)))
+    safe = machine.safe[2] - machine.slides[2]
+
+    def below(points: np.ndarray) -> bool:
+        return max(_highest(path.kin, points, each) for each in angles) <= safe
+
+    return below(corners) or below(np.concatenate([points[spread(points)] for points in ends]))
+
+
+def _highest(kin: Kinematics, points: np.ndarray, angles: np.ndarray) -> float:
+    """The greatest Z, as a word, at which the tool may touch one of some points, (n, 3), at rotary angles, (k,)."""
+    at_points = kin.close(points, np.broadcast_to(angles, (len(points), len(angles))))
+    _, axis = kin.forward(at_points[0])
+    along = kin.close(points[0] + axis, angles)[2] - at_points[0, 2]  # Z of the tool axis in the machine
+    return float(at_points[:, 2].max() + BODY * np.sqrt(max(1 - along**2, 0)))

@@ -1,0 +1,271 @@
+"""Still drawings of lessons 00 to 04: a bore, turns, frames and coins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from mathpost import euler
+from mathpost.rotation import unit
+from mathpost.teaching.draw import plot
+
+if TYPE_CHECKING:
+    from mathpost.frame import Frame
+
+MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
+AXIS = plot.COLOUR["first branch"]  # of a turn
+NODES = plot.COLOUR["second branch"]  # the line of nodes
+ARCS = (plot.COLOUR["tool side"], plot.COLOUR["second branch"], plot.COLOUR["workpiece side"])  # of I, J and K
+BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+
+
+Point = Sequence[float] | np.ndarray  # (2,) or (3,)
+
+
+def turn_in_plane(axes: Axes, degrees: float) -> None:
+    """Draw the unit vectors of X and Y before and after a turn, with the coordinates of their ends."""
+    _plane(axes)
+    named = (("X turned", "left", "cos t", "sin t"), ("Y turned", "right", "−sin t", "cos t"))
+    for (x, y), (name, side, along, up) in zip(_turn(degrees).T, named, strict=True):
+        axes.plot([0, x], [0, 0], color=POINT, linewidth=4, alpha=0.5)
+        axes.plot([x, x], [0, y], color=POINT, linestyle=":")
+        axes.text(x / 2, -0.1, along, color=POINT, ha="center")
+        axes.text(x + 0.04 * np.sign(x), y / 2, up, color=POINT, ha="left" if x > 0 else "right")
+        _arrow(axes, (0, 0), (x, y), WORKPIECE)
+        axes.text(1.12 * x, 1.12 * y, name, color=WORKPIECE, ha=side)
+    _arc(axes, 0, degrees, 0.3)
+
+
+def active_and_passive(left: Axes, right: Axes, point: Point, degrees: float) -> None:
+    """Draw the same turn twice: of a point in a fixed frame, and of the frame under a fixed point."""
+    turn, point = _turn(degrees), np.array(point)
+    for axes, title in ((left, "active: the point turns"), (right, "passive: the frame turns")):
+        _plane(axes, title, start=-0.6)
+    here = np.degrees(np.arctan2(*point[::-1]))
+    _arc(left, here, here + degrees, np.hypot(*point))
+    _point(left, point, "P", np.eye(2), MACHINE, "none")
+    _point(left, turn @ point, "P'", np.eye(2), POINT)
+    for row, name in zip(turn.T, ("X'", "Y'"), strict=True):
+        _arrow(right, (0, 0), 1.15 * row, WORKPIECE)
+        _write(right, 1.28 * row, name, WORKPIECE)
+    _arc(right, 0, degrees, 0.3)
+    _point(right, point, "P", turn.T, POINT)
+
+
+def quarter_turns(panels: Iterable[Axes3D]) -> None:
+    """Draw the three quarter turns of the right hand: X to Y about Z, Y to Z about X, Z to X about Y."""
+    for axes, about in zip(panels, (2, 0, 1), strict=True):
+        plot.space(axes, 0.75, centre=(0.3, 0.3, 0.3))
+        plot.frame(axes, np.eye(3), np.zeros(3), colour=MACHINE)
+        start, end = np.eye(3)[(about + 1) % 3], np.eye(3)[(about + 2) % 3]
+        turn = np.linspace(0, np.pi / 2, 31)[:, None]
+        arc = 0.8 * (np.cos(turn) * start + np.sin(turn) * end)
+        axes.plot(*arc.T, color=WORKPIECE, linewidth=2.5)
+        axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=WORKPIECE, arrow_length_ratio=1.0, linewidth=2.5)
+        axes.plot(*np.array([[0, 0, 0], np.eye(3)[about]]).T, color=AXIS, linewidth=3)
+        axes.set_title(f"about {'XYZ'[about]}: {'XYZ'[(about + 1) % 3]} goes to {'XYZ'[(about + 2) % 3]}")
+
+
+def ruined_bore(
+    panels: Iterable[Axes], *, radius: float = 10.0, retract: float = 1.0, turned: float = 180.0
+) -> None:
+    """Draw a bored hole seen along the tool: the bar leaves the wall along the frame's X, then along a wrong one.
+
+    The spindle has stopped with the tip of the bar on its own X; the control moves it by `retract` along minus the
+    frame's X. Lengths in mm, not to scale except for the mark that the tip leaves; `turned` in degrees.
+    """
+    circle, reach = np.linspace(0, 2 * np.pi, 121), 1.45 * radius
+    rim = radius * np.column_stack([np.cos(circle), np.sin(circle)])
+    for axes, angle, title in zip(panels, (0.0, turned), ("the right frame", "the wrong frame"), strict=True):
+        axes.set(aspect="equal", xlim=(-reach, reach), ylim=(-reach, reach), title=title)
+        axes.set_axis_off()
+        axes.fill(reach * BOX[:, 0], reach * BOX[:, 1], color=WORKPIECE, alpha=0.25)
+        axes.fill(*rim.T, color="white")
+        axes.plot(*rim.T, color=WORKPIECE)
+        x = euler.from_axis_angle([0, 0, 1], angle, degrees=True)[:2, 0]  # of the frame; the spindle's is (1, 0)
+        tip, end = np.array([radius, 0.0]), np.array([radius, 0.0]) - 3 * retract * x
+        axes.fill(*(0.55 * rim - 3 * retract * x).T, color=POINT, alpha=0.35)
+        axes.plot(*np.array([0.5 * tip - 3 * retract * x, end]).T, color=POINT, linewidth=5)
+        if np.linalg.norm(end) > radius:
+            axes.fill(*(0.1 * rim + (tip + end) / 2).T, color="white")
+            axes.text(0, 1.2 * radius, f"a notch of {retract:g} mm", color=POINT, ha="center", va="center")
+        else:
+            axes.text(0, 1.2 * radius, "clear of the wall", color=POINT, ha="center", va="center")
+        _arrow(axes, (0, -1.2 * radius), np.array([0, -1.2 * radius]) + 5 * x, MACHINE)
+        _write(axes, np.array([0, -1.2 * radius]) + 6.5 * x, "X", MACHINE)
+
+
+def parts(axes: Axes3D, point: Point, axis: Point, degrees: float) -> None:
+    """Draw a point that turns about an axis: its part along the axis, its part across it, and the turned one."""
+    p, v = np.array(point, dtype=float), unit(np.array(axis, dtype=float))
+    along, side = p @ v * v, np.cross(v, p)
+    across, turn = p - along, np.linspace(0, 2 * np.pi, 91)[:, None]
+    moved = euler.from_axis_angle(v, degrees, degrees=True) @ p
+    plot.space(axes, 0.8, centre=along)
+    axes.view_init(elev=32, azim=-50)
+    axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
+    nothing = np.zeros(3)
+    for start, end, colour, name in (
+        (nothing, 1.5 * v, AXIS, "v"),
+        (nothing, along, POINT, "part along v"),
+        (along, p, POINT, "part across"),
+        (along, along + side, MACHINE, "v × p"),
+        (along, moved, WORKPIECE, "across, turned"),
+        (nothing, p, MACHINE, "p"),
+        (nothing, moved, WORKPIECE, "p turned"),
+    ):
+        _space_arrow(axes, start, end, colour)
+        beyond = end + 0.14 * (end - along) / max(np.linalg.norm(end - along), 0.3)
+        middle = (start + end) / 2
+        beside = {"part along v": -0.3 * side, "part across": 0.1 * v, "across, turned": 0.25 * side}
+        at = middle + beside[name] if name in beside else beyond
+        axes.text(*at, name, color=colour, ha="center", fontsize=9)
+    t = np.radians(np.linspace(0, degrees, 31))[:, None]
+    _space_arc(axes, along + 0.45 * (np.cos(t) * across + np.sin(t) * side), AXIS, "t")
+
+
+def two_mirrors(axes: Axes, start: float, between: float) -> None:
+    """Draw a point and its images in two mirrors, seen along their common line; angles of the normals, degrees."""
+    axes.set(aspect="equal", xlim=(-1.3, 1.4), ylim=(-1.1, 1.35))
+    axes.set_axis_off()
+    normals = {"a": start, "b": start + between}
+    phi = start - 40.0
+    images = {"P": phi, "P′": 2 * start + 180 - phi, "P″": phi + 2 * between}
+    for (name, angle), colour in zip(normals.items(), (MACHINE, WORKPIECE), strict=True):
+        normal = _turn(angle)[:, 0]
+        along = _turn(angle)[:, 1]
+        axes.plot(*np.transpose([-0.65 * along, 1.15 * along]), color=colour, linewidth=3, alpha=0.6)
+        _write(axes, 1.27 * along, f"mirror {name}", colour)
+        _arrow(axes, (0, 0), 0.55 * normal, colour)
+        _write(axes, 0.65 * normal, name, colour)
+    _arc(axes, start, start + between, 0.35)
+    for (name, angle), style in zip(images.items(), ("none", "none", "full"), strict=True):
+        place = _turn(angle)[:, 0]
+        axes.plot(*np.transpose([(0, 0), place]), color=POINT, linestyle=":")
+        axes.plot(*place, "o", color=POINT, fillstyle=style)
+        _write(axes, 1.13 * place, name, POINT)
+    _arc(axes, phi, phi + 2 * between, 0.85)
+
+
+def euler_discs(axes: Axes3D, i: float, j: float, k: float) -> None:
+    """Draw ZXZ angles, degrees: the discs XY and xy, the line of nodes in which they meet, and an arc for each."""
+    frame, circle = euler.matrix("ZXZ", (i, j, k), degrees=True), np.linspace(0, 2 * np.pi, 91)
+    disc = np.stack([np.cos(circle), np.sin(circle), 0 * circle], axis=-1)
+    plot.space(axes, 0.95, centre=(0, 0, 0.15))
+    axes.view_init(elev=24, azim=-28)
+    for turned, colour, letters in ((np.eye(3), MACHINE, "XYZ"), (frame, WORKPIECE, "xyz")):
+        axes.add_collection3d(Poly3DCollection([disc @ turned.T], facecolor=colour, edgecolor=colour, alpha=0.18))
+        for arm, letter in zip(turned.T, letters, strict=True):
+            _space_arrow(axes, np.zeros(3), 1.12 * arm, colour)
+            axes.text(*(1.24 * arm), letter, color=colour, ha="center", va="center")
+    node = euler.matrix("ZXZ", (i, 0, 0), degrees=True)[:, 0]
+    axes.plot(*np.array([-1.1 * node, 1.1 * node]).T, color=NODES, linestyle="--", linewidth=2)
+    axes.text(*(1.3 * node), "line of nodes", color=NODES, ha="center")
+    part = np.linspace(0, 1, 31)
+    arcs = {
+        "I": [(i * s, 0, 0) for s in part],
+        "J": [(i, j * s, 0) for s in part],
+        "K": [(i, j, k * s) for s in part],
+    }
+    for (letter, angles), colour, column, size in zip(arcs.items(), ARCS, (0, 2, 0), (0.5, 0.7, 0.75), strict=True):
+        _space_arc(axes, size * euler.matrix("ZXZ", angles, degrees=True)[:, :, column], colour, letter)
+
+
+def frames_and_point(axes: Axes3D, frames: Mapping[str, Frame], point: Point, arm: float) -> None:
+    """Draw frames (a dict from a name to a `Frame` in the first one), and a dotted line from each to one point.
+
+    `arm` is the length of the axes, in the units of the point.
+    """
+    seen = np.array([point, *(each.origin for each in frames.values())])
+    centre = (seen.min(axis=0) + seen.max(axis=0)) / 2
+    plot.space(axes, 0.45 * np.ptp(seen, axis=0).max() + 0.6 * arm, centre=centre)
+    for (name, each), colour in zip(frames.items(), (MACHINE, WORKPIECE, POINT), strict=True):
+        for direction, letter in zip(each.rotation.T, "XYZ", strict=True):
+            _space_arrow(axes, each.origin, each.origin + arm * direction, colour)
+            at = each.origin + 1.2 * arm * direction
+            axes.text(*at, letter, color=colour, ha="center", va="center", fontsize=9)
+        axes.text(*(each.origin - 0.45 * arm * each.rotation[:, 2]), name, color=colour, ha="center", weight="bold")
+        axes.plot(*np.array([each.origin, point]).T, color=colour, linestyle=":")
+    axes.plot(*np.transpose([point]), "o", color="black")
+    axes.text(*(np.asarray(point) + 0.25 * arm), "P", ha="center")
+
+
+def coins(panels: Iterable[Axes3D], turns: str, title: str) -> None:
+    """Draw a coin at the start and after each quarter turn of a sequence such as ``"ZX"``.
+
+    Upper case is a turn about the coin's own axis, lower case about the table's. The arrow is x, the pin z.
+    """
+    rim = np.linspace(0, 2 * np.pi, 49)
+    disc = np.stack([np.cos(rim), np.sin(rim), 0 * rim], axis=-1)
+    frame = np.eye(3)
+    for axes, letter in zip(panels, ["", *turns], strict=True):
+        if letter:
+            quarter = euler.from_axis_angle(np.eye(3)["xyz".index(letter.lower())], 90, degrees=True)
+            frame = frame @ quarter if letter.isupper() else quarter @ frame
+        plot.space(axes, 1.2)
+        plot.frame(axes, 1.15 * np.eye(3), np.zeros(3), colour=MACHINE, linewidth=1)
+        coin = Poly3DCollection([disc @ frame.T], facecolor=WORKPIECE, edgecolor=WORKPIECE, alpha=0.3)
+        axes.add_collection3d(coin)
+        axes.quiver(0, 0, 0, *(0.95 * frame[:, 0]), color=WORKPIECE, arrow_length_ratio=0.3, linewidth=3)
+        axes.plot(*np.array([0 * frame[:, 2], 0.45 * frame[:, 2]]).T, color=POINT, linewidth=4)
+        whose = "its own" if letter.isupper() else "the table’s"
+        axes.set_title(f"{title}\nabout {whose} {letter.upper()}" if letter else title)
+
+
+def _turn(degrees: float) -> np.ndarray:
+    return euler.from_axis_angle([0, 0, 1], degrees, degrees=True)[:2, :2]
+
+
+def _plane(axes: Axes, title: str = "", start: float = -1.2) -> None:
+    """Draw a frame X, Y with its unit circle."""
+    axes.set(aspect="equal", xlim=(start, 1.4), ylim=(-0.3, 1.4), title=title)
+    axes.set_axis_off()
+    axes.add_patch(Circle((0, 0), 1.0, fill=False, color=MACHINE, linewidth=0.6))
+    for end, name in (((1.25, 0), "X"), ((0, 1.25), "Y")):
+        _arrow(axes, (0, 0), end, MACHINE)
+        _write(axes, 1.06 * np.array(end), name, MACHINE)
+
+
+def _arrow(axes: Axes, start: Point, end: Point, colour: str) -> None:
+    style = {"arrowstyle": "-|>", "color": colour, "lw": 2, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (end[0], end[1]), (start[0], start[1]), arrowprops=style)
+
+
+def _write(axes: Axes, at: np.ndarray, text: str, colour: str) -> None:
+    axes.text(at[0], at[1], text, color=colour, ha="center", va="center")
+
+
+def _arc(axes: Axes, start: float, end: float, radius: float) -> None:
+    turn = np.radians([*np.linspace(start, end, 41), end - 2])
+    *arc, before = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    axes.plot(*np.transpose(arc), color=AXIS)
+    _arrow(axes, before, arc[-1], AXIS)
+
+
+def _space_arrow(axes: Axes3D, start: np.ndarray, end: np.ndarray, colour: str) -> None:
+    axes.quiver(
+        *start, *(end - start), color=colour, arrow_length_ratio=min(0.12 / np.linalg.norm(end - start), 0.5)
+    )
+
+
+def _space_arc(axes: Axes3D, arc: np.ndarray, colour: str, name: str) -> None:
+    """Draw an arc in space with an arrowhead, and its name at its middle."""
+    axes.plot(*arc.T, color=colour, linewidth=2.5)
+    axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=colour, arrow_length_ratio=1.0, linewidth=2.5)
+    axes.text(*(1.16 * arc[len(arc) // 2]), name, color=colour, ha="center", va="center", weight="bold")
+
+
+def _point(
+    axes: Axes, point: np.ndarray, name: str, directions: Iterable[np.ndarray], colour: str, style: Any = "full"
+) -> None:
+    """Draw a point, and its coordinates as dotted lines to the axes."""
+    axes.plot(*point, "o", color=POINT, fillstyle=style)
+    axes.text(point[0] + 0.07, point[1] + 0.05, name, color=POINT)
+    for direction in directions:
+        axes.plot(*np.array([point, point @ direction * direction]).T, color=colour, linestyle=":")

@@ -1,0 +1,178 @@
+"""What is this sheet? Inputs, matrices, vectors and results, told by how the formulas use the cells.
+
+Labels only break ties: which triple is an angle, a point or an origin follows from where it goes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from mathpost import euler
+from mathpost.teaching.workbook.meaning.calculation import Calculation, Turn
+from mathpost.teaching.workbook.meaning.conversion import find_conversions, find_quaternions
+from mathpost.teaching.workbook.meaning.find_planes import find_planes
+from mathpost.teaching.workbook.meaning.given import QUATERNION
+from mathpost.teaching.workbook.meaning.rows import rows_alike
+from mathpost.teaching.workbook.meaning.texts import FOREIGN, PASSIVE, SAID_ACTIVE, reading
+from mathpost.teaching.workbook.meaning.turns import Turns
+from mathpost.teaching.workbook.meaning.words import rows_of
+from mathpost.teaching.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
+from mathpost.teaching.workbook.sheet.neighbours import filled
+from mathpost.teaching.workbook.sheet.tree import heads
+
+if TYPE_CHECKING:
+    from mathpost.teaching.workbook.sheet.graph import Graph
+    from mathpost.teaching.workbook.sheet.place import Line, Place
+    from mathpost.teaching.workbook.task import Task
+
+SMALL = 1e-6  # a slope that is none
+MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
+
+
+class Recognised(Turns):
+    """What is what in a workbook.
+
+    Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
+    be calculations if no other cells used them; the vectors `beside` are none; `doubts` has some reasons.
+    `by` says who names the reading: the task, the text, or source 000; it `is_open` if the text names axes and not
+    what is turned, or one that is not understood may say more; `also` are readings that it allows as well.
+    """
+
+    def __init__(self, graph: Graph, task: Task) -> None:
+        super().__init__(graph, with_formulas=task.machine is None)
+        self.task = task
+        self.problems: list[str] = []
+        self.doubts = {}
+        self.vectors = set()
+        self.depends = {}
+        self._ends = {}
+        self.calculations = []
+        self.steps: list[Calculation] = []
+        self.beside = []
+        count = len(self.typed & self.turning)
+        read = reading(task, self.text, count)
+        self.sequence, self.active, self.by, unsure, self.names, self.also, self.axes = read
+        said = task.convention or self.active or re.search(f"{PASSIVE}|{SAID_ACTIVE}", self.text, re.I)
+        more = self.by == "the text" or bool(re.search(FOREIGN, self.text, re.I))
+        self.is_open = self.by != "the task" and not said and more
+        self.is_whole = len(self.sequence) == 3  # else the last angles are 0
+        if not self.is_whole:
+            full = next(each for each in euler.SEQUENCES if each.startswith(self.sequence.upper()))
+            self.sequence = full if self.sequence.isupper() else full.lower()
+        self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
+        given = {p for plane in self.planes for p in plane.given}
+        self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
+        self.constants = self.never_moved() - given
+        inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
+        self.quaternions = self._quaternions(inputs)
+        self.turning |= {p for quaternion in self.quaternions for p in quaternion}
+        self.angles, self.lengths = inputs & self.turning, inputs - self.turning
+        if task.machine is not None:
+            words, self.problems = rows_of(self, task.machine, task.cells)
+            self.calculations = [*words]
+        elif task.cells:
+            self._as_the_caller_says(task.cells)
+        elif self.angles:
+            self._find_calculations()
+        elif not self.planes:
+            none = "no cell goes into a sine or cosine as an angle" if graph.trees else "there are no formulas"
+            self.problems.append(none)
+        self.calculations = [*self.planes, *self.calculations]
+        if task.machine is None and not (task.cells or self.planes):
+            conversions = [*find_conversions(self)]
+            into = [{*c.angles} for c in conversions if c.sequence != c.into]  # what turns by these is on the way
+            turns = [c for c in self.calculations if c.point or {*c.angles} not in into]
+            self.calculations = [*turns, *conversions]
+            if re.search(QUATERNION, self.text, re.I):
+                for calculation in find_quaternions(self):
+                    self._tell(calculation, self.calculations)
+        if not any(heads(tree) & INVERSE_FUNCTIONS for tree in graph.trees.values()):
+            self.problems += unsure
+        made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
+        self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
+
+    def _find_calculations(self) -> None:
+        """The rotations of a sheet that turns something: vectors that are results, or else matrices."""
+        self._respond()
+        inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
+        self.windows = [w for w in self.windows if len(self.vectors.intersection(inner[w])) < 3]
+        finals = self._final_vectors()
+        used = {p for t in finals for p in self.graph.upstream(t) - set(t)}
+        for triple in finals:
+            self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
+        if not (self.calculations or self.doubts):
+            self._take_matrices()
+        rows_alike(self)
+
+    def _final_vectors(self) -> list[Line]:
+        """The vectors that may be results; the others become those `beside`."""
+        finals: list[Line] = []
+        for triple in self._triples():
+            (finals if self._is_turned(triple) else self.beside).append(triple)
+        kept = dict.fromkeys(finals)
+        of = {p: t for t in finals for p in t}
+        for triple in finals:
+            up = self.graph.upstream(triple)
+            parts = dict.fromkeys(t for t in [of[p] for p in self.sorted(up & of.keys())] if t in kept)
+            if self._is_combined(triple, up, parts) or self._is_undone(triple, up, parts):
+                del kept[triple]
+                self.beside.append(triple)
+        return [*kept]
+
+    def _is_turned(self, triple: Line) -> bool:
+        """Whether a vector is what a rotation makes of a point, and no check, copy or single coordinate."""
+        graph = self.graph
+        trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
+        # A result less what was expected, or than another result, is a check and not a step.
+        difference = all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees)
+        difference &= any(s in self.vectors for p in triple for s in graph.uses.get(p, ()))
+        # One of which but a cell depends on angles was turned back.
+        lost = sum(not self.depends.get(p) for p in triple) == 2  # they take empty cells by a slip
+        turned = lost or sum(bool(self.turned_by([p])) for p in triple) > 1
+        turned |= any(up & self.typed >= set(w) for w in self.windows)
+        # One coordinate of each of three points is no vector, nor three times one coordinate.
+        lengths = [self.lengths.intersection(self.depends.get(p, ())) for p in triple]
+        turned &= lost or any(a & b for a, b in combinations(lengths, 2))
+        common = set.intersection(*lengths)  # such as a centre; what is added after the turn is each one's own
+        own = [each - common - self.unmoved.get(p, set()) for p, each in zip(triple, lengths, strict=True)]
+        of_rows = all(own) and not any(a & b for a, b in combinations(own, 2))
+        turned &= not (of_rows and all(filled(graph, triple[0], p) == graph.tree(p) for p in triple[1:]))
+        of_signs = all(t[0] == "area" or (t[0] == "minus" and t[1][0] == "area") for t in trees)
+        mirrored = {t[0] for t in trees} == {"minus", "area"} or re.search(MIRRORED, self.heading(triple), re.I)
+        of_signs &= bool(mirrored)  # a mirrored copy, or one that has lost its minus
+        return turned and not (difference or of_signs)
+
+    def _take_matrices(self) -> None:
+        """Take the matrices that no other follows from as results, of a sheet that turns no point."""
+        graph, most = self.graph, max((len(self._of(w, self.angles)) for w in self.windows), default=0)
+        for window in self.windows:
+            plane = next((p for p in self.planes if graph.upstream(p.line) & self.turned_by(window)), None)
+            own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
+            if not all(after.isdisjoint(w) for w in self.windows if w != window):
+                continue
+            axis = self._quaternion_of(own, window[0])
+            if plane:
+                self._tell(Turn(window, self._angles_of(plane)), self.calculations, plane)
+            elif axis:
+                self._tell(Turn(window, (), axis=axis), self.calculations)
+            elif len(own) == most > 0 and (angles := self.three(own)):
+                self._tell(Turn(window, self.by_name(angles)), self.calculations)
+
+    def _is_combined(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
+        """Whether a vector is made of several that go back to different points, or angles, as a mean is."""
+        own = {s for p in triple for s in self.depends.get(p, ())}
+        parts = [s for s in finals if s != triple and len(up.intersection(s)) > 1]
+        given = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
+        given = [
+            each for each in given if len(each & self.lengths) > 2
+        ]  # not of the terms with x, with y and with z
+        pairs = ((a & kind, b & kind) for a, b in combinations(given, 2) for kind in (self.lengths, self.angles))
+        return any(a - b and b - a for a, b in pairs)
+
+    def _is_undone(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
+        """Whether a vector is made of one that more angles turn: some of them are turned back."""
+        angles = self.turned_by(triple)
+        return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)

@@ -1,0 +1,111 @@
+"""Which cells of a sheet are to be judged, and which of them no result needs."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mathpost.detective.digits import written_decimals
+from mathpost.teaching.workbook.sheet.evaluate import STATISTICS
+from mathpost.teaching.workbook.sheet.formula import Tree
+from mathpost.teaching.workbook.sheet.place import Place, beside
+from mathpost.teaching.workbook.sheet.tree import areas, heads
+
+if TYPE_CHECKING:
+    from mathpost.teaching.workbook.verdict.judge import Judge
+
+CALCULATED = 3  # decimals that nobody gives
+COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet|abstand|distan|距离"
+LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
+EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"
+
+
+class Scope:
+    """What a `Judge` that has judged the calculations has to judge: `places`, of which no result needs `rest`."""
+
+    def __init__(self, judge: Judge) -> None:
+        self.judge, self.graph, self.found = judge, judge.graph, judge.found
+        self.places, self.rest = self._scope()
+
+    def _scope(self) -> tuple[list[Place], set[Place]]:
+        """The cells to judge, and those of them that no result needs."""
+        judge, graph, found = self.judge, self.graph, self.found
+        messages = (
+            graph.messages
+            | self._marks()
+            | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
+        )
+        formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
+        # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
+        typed = found.typed - graph.trees.keys()
+        unused = {p for p in typed - graph.used.keys() if self._looks_calculated(p)}
+        unused |= {p for p in typed - graph.used.keys() if found.planes and judge.vectors_of(p)}
+        typed = {p for p in typed if messages.issuperset(graph.used.get(p, "-"))}
+        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
+        results = np.array([target[0] for target in judge.targets.values()])
+        typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
+        typed |= unused
+        places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
+        explained = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
+        rest = set(places) - (graph.upstream(explained, judge.inputs) - judge.inputs.keys()) | judge.unsure
+        given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
+        from_given, from_any = (graph.downstream(p - graph.trees.keys()) for p in (given, graph.cells.keys()))
+        # The numbers of points, 1, 2, 3, copied beside what became of them.
+        copies = rest - graph.used.keys() - from_given
+        copies = {p for p in copies if graph.tree(p)[0] == "area"}
+        own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
+        other = {p for p in own for q in beside(p) if q in own and abs(graph.number(q) - graph.number(p)) == 1}
+        given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
+        from_given = graph.downstream(given - graph.trees.keys())  # and the cells beside them
+        other |= {p for p in rest & from_any - from_given if _is_count_or_mean(graph.tree(p))}
+        return [p for p in places if p not in other], rest - other
+
+    def _looks_calculated(self, place: Place) -> bool:
+        """Whether a number that no formula uses has a label, or decimals, of what nobody gives."""
+        label, number = self.found.label(place), self.graph.number(place)
+        if re.search(EXPECTED, label, re.I):
+            return False
+        many = float(f"{number:.2g}") != number or number == 0
+        named = re.search(LENGTH_OR_VOLUME, label, re.I) or (many and re.search(COMPARED, label, re.I))
+        alone = self._typed_in[id(self.graph.component[place])] < 3
+        return bool(named) or (alone and written_decimals(number) >= CALCULATED)
+
+    @cached_property
+    def _typed_in(self) -> Counter[int]:
+        """How many typed numbers each component has."""
+        component = self.graph.component
+        return Counter(id(component[p]) for p in self.found.typed if p in component)
+
+    def _marks(self) -> set[Place]:
+        """Formulas that give one of some numbers, as points for a right answer, or sum such up: messages."""
+        graph, typed = self.graph, self.found.typed - self.graph.trees.keys()
+        found: set[Place] = set()
+        marks: set[Place] = set()
+        for place in graph.order:
+            uses = set(graph.uses[place])
+            if _is_a_choice(graph.trees[place]) or (uses & found and found | typed >= uses):
+                found.add(place)
+        for place in graph.order[::-1]:  # no number of a calculation
+            if place in found and marks | graph.messages >= set(graph.used.get(place, ())):
+                marks.add(place)
+        return marks
+
+
+def _is_a_choice(tree: Tree) -> bool:
+    """Whether a formula is an IF of which all results are numbers or texts, not all the same."""
+    if tree[0] != "IF":
+        return False
+    return all(part[0] in ("number", "text") or _is_a_choice(part) for part in tree[2:])
+
+
+def _is_count_or_mean(tree: Tree) -> bool:
+    """Whether a formula only counts on, or sums up: no calculation of this field is made of such alone."""
+    return heads(tree) <= {*STATISTICS, "area", "number", "+", "-"} and len(areas(tree)) == 1
+
+
+def _half_digit(number: float | None) -> float:
+    return 0.51 * 10.0 ** -written_decimals(number) if number else 1e-6

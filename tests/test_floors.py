@@ -1,0 +1,68 @@
+"""The floors of the package: what imports what, and how small that is which was asked for."""
+
+import ast
+from pathlib import Path
+
+from tests.conftest import ROOT
+
+FLOORS = [  # from below; what stands on one line may import each other
+    "rotation euler frame machine chain kinematics formula files toml_table errors",
+    "path sources",
+    "detective",
+    "shop",
+    "teaching",
+    "interface __main__",
+]
+FLOOR = {name: level for level, line in enumerate(FLOORS) for name in line.split()}
+SMALL = ["path.cl", "path.selection", "path.region"]
+
+
+def modules():
+    """The files by the names of their modules, without `mathpost.`; a folder is its `__init__`."""
+    found = {}
+    for path in sorted((ROOT / "mathpost").rglob("*.py")):
+        parts = path.relative_to(ROOT / "mathpost").with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+MODULES = modules()
+
+
+def imported(name):
+    """The modules of the package that one names, wherever in its text, for its types, too."""
+    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and f"{node.module}.".startswith("mathpost."):
+            base = node.module[len("mathpost.") :]
+            for each in node.names:
+                inner = f"{base}.{each.name}".strip(".")
+                yield inner if inner in MODULES else base
+
+
+def floor(name):
+    return FLOOR[name.split(".")[0]]
+
+
+def test_nothing_imports_from_a_floor_above():
+    edges = [(name, each) for name in MODULES if name for each in imported(name) if each]
+    assert [(name, each) for name, each in edges if floor(each) > floor(name)] == []
+
+
+def test_the_small_package_is_small():
+    """Selection and the spline through the singular region, with the reader of CL data: all that they name."""
+    reached, ahead = set(), list(SMALL)
+    while ahead:
+        if (name := ahead.pop()) not in reached:
+            reached.add(name)
+            ahead += [*imported(name), *([name.rpartition(".")[0]] if "." in name else [])]
+    lines = sum(len(MODULES[name].read_text(encoding="utf-8").splitlines()) for name in reached)
+    assert {name.split(".")[0] for name in reached if name} <= set(" ".join(FLOORS[:2]).split())
+    assert lines <= 5500, sorted(reached)
+
+
+def test_the_folder_shows_the_floors():
+    held = {
+        path.stem for path in Path(ROOT / "mathpost").iterdir() if not path.name.startswith(("__pycache__", "."))
+    }
+    assert held - {"__init__"} == set(FLOOR)
+    assert len(held - {"__init__", "__main__"}) <= 16
