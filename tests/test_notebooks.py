@@ -1,5 +1,6 @@
 """What nbval cannot see: notebooks that were stripped, fail quietly, or grow out of their rhythm."""
 
+import ast
 import json
 import re
 import subprocess
@@ -70,6 +71,39 @@ def test_no_answer_is_seen_before_the_guess(path):
             while "exercise.after(" in "".join(cells[following]["source"]):
                 following += 1
             assert "".join(cells[following]["source"]).startswith("<details>"), f"fold what follows: {source}"
+
+
+def bound(statements):
+    """The names that statements bind in the notebook: not those inside a function or a comprehension."""
+    inside = (ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+    queue = list(statements)
+    while queue:
+        node = queue.pop()
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.alias):
+            yield (node.asname or node.name).split(".")[0]
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif not isinstance(node, inside):
+            queue += ast.iter_child_nodes(node)
+
+
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
+def test_no_answer_takes_a_name_of_its_lesson(path):
+    """Otherwise a cell of the lesson that is run again finds the answer in the place of its own."""
+    own, stubs = set(), []
+    for cell in read(path)["cells"]:
+        if cell["cell_type"] == "code":
+            statements = ast.parse("".join(cell["source"])).body
+            empty = [
+                ast.unparse(each).removesuffix(" = None")
+                for each in statements
+                if ast.unparse(each).endswith(" = None")
+            ]
+            stubs += empty
+            own |= set(bound(statements)) - set(empty)
+    assert own.isdisjoint(stubs) and len(set(stubs)) == len(stubs), sorted(own & set(stubs)) or sorted(stubs)
 
 
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from mathpost import postprocess
 from mathpost.path import cl, selection
@@ -205,6 +206,20 @@ def test_eleven_records_one_of_them_at_the_pole(own, kin, width, lowest):
     assert (np.abs(turns).max() > 90) == (lowest == -1)
     if lowest == -180:
         assert np.abs(turns).sum() == pytest.approx(abs(turns.sum())), "no turn is taken back"
+
+
+def test_the_distance_to_the_arc_is_that_to_the_nearest_of_many_points_on_it(of):
+    """06b's measure of the tool axis, on blocks beside the pole, against a fan of axes turned by SciPy."""
+    measure = functions("06b_spline", ["axis-error"])["axis_error"]
+    for seed in range(of(5, 100)):
+        rng = np.random.default_rng(seed)
+        kin, axes = Machine.drawn(rng), over_the_pole(*rng.uniform(-0.2, 0.2, 2), rng.uniform(0, 0.1), seed)
+        one, two = (kin.inverse(np.zeros(3), axis)[seed % 2] for axis in axes)
+        turn = np.arccos(axes[0] @ axes[1]) * np.cross(*axes) / np.linalg.norm(np.cross(*axes))
+        fan = Rotation.from_rotvec(np.linspace(0, 1, 2001)[:, None] * turn).apply(axes[0])
+        tools = kin.forward(np.linspace(one, two, 101))[1]
+        away = np.linalg.norm(tools[:, None] - fan, axis=2).min(axis=1).max()
+        assert measure(kin, one, two, axes) == pytest.approx(np.degrees(2 * np.arcsin(away / 2)), abs=0.01)
 
 
 @pytest.fixture(scope="module")

@@ -18,12 +18,13 @@ from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 import numpy as np
 import sympy as sp
+from PIL import Image
 
 from mathpost.files import read_text
 from mathpost.formula import numeric
 from mathpost.shop import codegen
 from mathpost.teaching.draw.described_scene import describe_scene, describe_values
-from mathpost.teaching.draw.picture import png
+from mathpost.teaching.draw.picture import png, small_png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,7 +79,7 @@ class Live:
         if self.figure:
             file = io.BytesIO()
             self.figure.savefig(file, format="png", dpi=90)
-            return file.getvalue()
+            return small_png(Image.open(file))
         width = 480 if self.layout == "row" else 720
         high, columns = 400 if len(self.scenes) == 1 else 300, min(len(self.scenes), COLUMNS)
         return png(self.scenes, (width // columns, high), columns)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -17,11 +16,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
+from PIL import Image
 
 from mathpost.path.deviation import true_tip
 from mathpost.rotation import unit
 from mathpost.teaching.draw.colours import COLOUR, STYLE
 from mathpost.teaching.draw.described import describe
+from mathpost.teaching.draw.picture import small_png
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
@@ -43,10 +44,11 @@ def show() -> None:
     """Show all open figures, each with its description in numbers, and close them."""
     for number in plt.get_fignums():
         drawn = plt.figure(number)
-        png = io.BytesIO()
-        FigureCanvasAgg(drawn).print_png(png)  # `savefig` would go through all artists twice
+        canvas = FigureCanvasAgg(drawn)
+        canvas.draw()  # `savefig` would go through all artists twice
+        png = small_png(Image.fromarray(np.asarray(canvas.buffer_rgba())))
         told = describe(drawn)
-        picture = {"image/png": base64.b64encode(png.getvalue()).decode(), "text/plain": told}
+        picture = {"image/png": base64.b64encode(png).decode(), "text/plain": told}
         display(picture, raw=True, metadata={"image/png": {"alt": told}})
     plt.close("all")
 
