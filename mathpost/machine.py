@@ -232,7 +232,7 @@ def load(path: Path | str) -> Machine:
     """Read a `Machine` from the TOML file `path`, or by the name of one that comes with the package.
 
     `InputError` is raised if there is no such machine, or the file cannot be read, is not TOML, lacks a key, has
-    one too many, or holds a value that no such machine can have: no rotary axis or more than two, parallel axes, an
+    one too many, or holds a value that no such machine can have: no rotary axis or more than two, parallel axes, a
     tool-side axis along the tool.
 
     Examples
