@@ -44,7 +44,7 @@ class Region:
     >>> blade = mathpost.read_cl(data_file("cl/blade.cl"))
     >>> cubic = Region(kin, blade, selection.choose(kin, blade).joints, (1, 2)).motion("cubic")
     >>> print(np.degrees(cubic.joints[[0, -1], 4]).round(3))
-    [175.83  360.857]
+    [178.332  -0.825]
     """
 
     FOLLOWING = ("direct", "other branch", "retract")
