@@ -43,6 +43,7 @@ class Rotary:
     limits: tuple[float, ...] = ENDLESS  # travel, radians
     max_rate: float | None = None  # radians per second
     max_acceleration: float | None = None  # radians per second squared
+    clamp: tuple[str, ...] = ()  # words of a program that clamp the axis, and that release it
 
     def nearest_turn(self, angle: float, present: float = 0.0) -> float:
         """Return `angle` plus the whole turns that bring it nearest to `present` within travel, or NaN; degrees.
@@ -125,6 +126,11 @@ class Machine:
     # Work offsets of the control, numbered from 1: the one that has `origin`, if stated, and others with theirs.
     offset: int | None = None
     offsets: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether its programs are more than motion: the file gives them a head or a foot."""
+        return bool(self.program_head or self.program_foot)
 
     @property
     def every_joint(self) -> tuple[Linear | Rotary, ...]:
@@ -313,11 +319,12 @@ def _rotary(table: TomlTable) -> Rotary:
     name = table.take("name", _address, "a word address such as A, B or C, not X, Y or Z")
     table.where += f" ({name})"
     axis, point = table.take("axis", *DIRECTION), table.take("point", *VECTOR)
-    return _joint(table, Rotary, name, "degrees", axis=axis, point=point)
+    clamp = tuple(table.take("clamp", only_if(lambda two: len(two) == 2, each(str)), "two words", ()))
+    return _joint(table, Rotary, name, "degrees", axis=axis, point=point, clamp=clamp)
 
 
 def _joint(
-    table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carries: str, **more: tuple[float, ...]
+    table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carries: str, **more: Any
 ) -> AnyJoint:
     """Read a joint of either kind, given in `unit`; `carries` is the default of that key."""
     scale = math.radians if unit == "degrees" else float

@@ -13,14 +13,36 @@ from collections.abc import Callable, Collection
 
 from mathpost.errors import InputError
 from mathpost.files import data_file
+from mathpost.path.cl_lines import REAL
 from mathpost.path.holes import Holes
+from mathpost.path.modal import Command
 from mathpost.toml_table import read_toml
 
 WORDS = read_toml(data_file("cl/words.toml"))
 FAMILIES = tuple(WORDS["comments"]["families"])
-COMMENTS = frozenset(word for kind in ("text", "names", "settings") for word in WORDS["comments"][kind])
+COMMENTS = {word: kind for kind, words in WORDS["comments"].items() for word in words}
 MAJOR = re.compile(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*")
 ALIASES, REFUSED, MOVING = WORDS["aliases"], WORDS["refused"], frozenset(WORDS["moving"]["words"])
+
+
+def in_program(statement: str) -> str:
+    """Return what a program says of a statement that is no command: nothing if it is only a setting or a display.
+
+    Examples
+    --------
+    >>> in_program("PPRINT/CLAMP FIRST"), in_program("PAINT/SPEED,10")
+    ('CLAMP FIRST', '')
+    """
+    major, _, _ = statement.partition("/")
+    word = " ".join(MAJOR.findall(major.upper())[0].split())
+    if COMMENTS.get(word) == "text":
+        return statement[len(word) :].lstrip(" /")
+    unwritten = word in COMMENTS or word.startswith(FAMILIES) or hasattr(Statements, _method(word))
+    return "" if unwritten and word != "INSERT" else statement
+
+
+def _method(word: str) -> str:
+    return f"on_{ALIASES.get(word, word).lower()}"
 
 
 class Statements(Holes):
@@ -50,7 +72,7 @@ class Statements(Holes):
             self.counts[f"ignored as asked {word}"] += 1
             self.remark()
         elif word in COMMENTS or word.startswith(FAMILIES):
-            self.remark()
+            self.remark(self.described(COMMENTS.get(word, ""), minor))
         elif word in REFUSED:
             self.problem(self.start, word, f"other words: {REFUSED[word]}")
         elif modelled is None:
@@ -63,9 +85,23 @@ class Statements(Holes):
             except InputError as error:
                 self.problem(self.start, word, error.expected, error.found)
 
+    def described(self, kind: str, minor: str) -> Command | None:
+        """Return what a comment names: the operation and its tool, or the cutter; None if neither."""
+        words = [word.strip() for word in minor.split(",")]
+        if kind == "operations" and words[0]:
+            tool = words[2:3] if words[1:2] == ["TOOL"] else []
+            return Command("operation", (words[0], *tool), self.statement)
+        if kind == "cutters":
+            numbers = [float(word) * self.scale for word in words if REAL.fullmatch(word)]
+            said = [] if numbers and not words[0].isalpha() else words[:1]
+            said += [f"D{diameter:g}" for diameter in numbers[:1]]
+            said += [f"R{radius:g}" for radius in numbers[1:2] if radius and words[0].upper() != "DRILL"]
+            return Command("cutter", tuple(said), self.statement)
+        return None
+
     def method(self, word: str) -> Callable[[list[str]], None] | None:
         """Return the method that takes the statements of a word, or None."""
-        return getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
+        return getattr(self, _method(word), None)
 
     def on_insert(self, words: list[str]) -> None:
         self.insert()

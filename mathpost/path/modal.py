@@ -17,7 +17,8 @@ class Command:
     None), ``"offset"`` (that number),
     ``"spindle"`` (turns per minute or None, CLW, CCLW or OFF), ``"coolant"`` (FLOOD, MIST, THRU, AIR, TAP or OFF),
     ``"compensation"`` (LEFT, RIGHT or OFF, number of the radius offset), ``"dwell"`` (seconds), ``"stop"``,
-    ``"optional stop"``, ``"verbatim"`` (the words of a block).
+    ``"optional stop"``, ``"verbatim"`` (the words of a block); of comments ``"operation"`` (its name, and that of
+    its tool, if stated) and ``"cutter"`` (words that describe it, mm).
     """
 
     kind: str
@@ -26,6 +27,7 @@ class Command:
     skip: bool = False  # whether the operator may skip it (OPSKIP)
 
 
+COMMENTS = ("operation", "cutter")  # kinds of commands that a control is not asked for
 Remark = tuple[int, str | Command]  # the number of the record that follows, and the text or command before it
 
 

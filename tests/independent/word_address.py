@@ -83,7 +83,7 @@ class WordAddress(Control):
         values, codes, auxiliary = {}, [], []
         self.points = set()
         for word in self.words():
-            if word.name not in ADDRESSES and not (word.name == "E" and self.dialect == "linuxcnc"):
+            if word.name not in ADDRESSES and not (word.name == "E" and self.dialect in ("linuxcnc", "haas")):
                 self.refuse(f"address {word.name}")
             if word.name == "G":
                 codes.append(word.value)
@@ -95,7 +95,9 @@ class WordAddress(Control):
                 values[word.name] = word.value
                 if word.point:
                     self.points.add(word.name)
-                least = word.name in "XYZABCIJKRQ" and self.dialect in ("fanuc", "mazak", "haas")
+                least = (
+                    word.name in "XYZABCIJKRQ" and 5.1 not in codes and self.dialect in ("fanuc", "mazak", "haas")
+                )
                 if least and not word.point and word.value:
                     self.refuse(f"{word.name}{word.value:g} without a decimal point counts least increments")
         values.pop("N", None)

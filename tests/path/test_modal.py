@@ -288,7 +288,7 @@ def test_every_word_that_moves_is_among_those():
     names = {name[3:].upper() for name in vars(Moves) if name.startswith("on_")}
     assert names | {alias for alias, word in ALIASES.items() if word in names} <= MOVING
     modelled = {name[3:].upper() for name in dir(Statements) if name.startswith("on_")}
-    assert not MOVING & COMMENTS and not (COMMENTS | REFUSED.keys()) & modelled
+    assert not MOVING & COMMENTS.keys() and not (COMMENTS | REFUSED).keys() & modelled
 
 
 def test_lines_that_lead_from_an_arc_to_its_circle():

@@ -93,13 +93,17 @@ def test_an_approach_goes_down_last_and_onto_the_part_at_its_feed(name, dialect,
     """Z of the machine, the rotary axes, X Y, then down to the lifted pose, and at the feed of the cut onto it."""
     data = replace(machine.load(name), program_foot=("M9",))
     result = postprocess(cldata.parse(TWO_TOOLS), data, dialect=dialect, tcp=tcp)
-    lines, words = result.program.splitlines(), control.load(dialect).lines("safe", data.safe[2], edge=1)
-    starts = [row + len(words) - 1 for row, line in enumerate(lines) if line.endswith(words[0])]
-    assert len(starts) == 2  # one for each tool
-    for row in starts:
-        turn, over = lines[row + 1], lines[row + 2]
-        assert " X" not in turn and " Z" not in turn and f" {data.rotary[0].name}" in turn
-        assert all(f" {axis}" in over for axis in "XYZ")
+    lines, (safe,) = result.program.splitlines(), control.load(dialect).lines("safe", data.safe[2])
+    starts = [row for row, line in enumerate(lines) if line.endswith(safe)]
+    assert len(starts) == 3  # before the first tool, and behind the change of each
+    changes = [
+        row for row, line in enumerate(lines) if re.search(r" (T[357]\b(?!\.)|TOOL CALL)", line) and ";" not in line
+    ]
+    assert starts[0] < changes[0] < starts[1] < changes[-1] < starts[2]
+    for row in starts[1:]:
+        words = [re.findall(r" ([XYZABC])[-+=\d]", line) for line in lines[row + 1 : row + 9]]
+        turn, over = [each for each in words if each][:2]
+        assert set(turn) == {joint.name for joint in data.rotary} and set(over) == {*"XYZ"}
     blocks = result.blocks
     for row, length in ((0, 95), (-1, 120)):  # the ends of the program, without TCP
         slides = data.with_setup(tool_length=length).slides

@@ -38,7 +38,8 @@ from mathpost.shop.plane.tilted_plane import NOTATIONS
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
 
 COMMANDS = (
-    "safe", "TCP on", "TCP off", "tool", "tip", "offset", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
+    "safe", "edge", "TCP on", "TCP off", "tool", "tool with speed", "tip", "offset",
+    "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
     "coolant FLOOD", "coolant MIST", "coolant THRU", "coolant AIR", "coolant TAP", "coolant OFF", "next tool",
     "compensation LEFT", "compensation RIGHT", "compensation OFF",
     "dwell", "stop", "optional stop",
@@ -52,6 +53,7 @@ BETWEEN_BLOCKS = {
 LINES = each(str), "a list of lines"
 TEMPLATES = "a list of lines, in them {0}, {1} and {edge} only"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
+COMMENT = only_if(lambda text: "{text}" in text), "a line with {text} in it"
 Count = TypeVar("Count", int, np.ndarray)
 NUMBER_ROOM = 8  # characters of a line, for its block number
 TRUTH = only_if(lambda value: isinstance(value, bool))
@@ -65,10 +67,14 @@ class Control:
 
     name: str
     source: str  # what its words rest on: a manual, or a run on the control
-    head: tuple[str, ...]  # lines before the moves
+    head: tuple[str, ...]  # lines before the moves,
+    start: tuple[
+        str, ...
+    ]  # behind them in a program that is more than motion: what may still be on is switched off
     end: tuple[str, ...]  # after them in a program that is more than motion,
     foot: tuple[str, ...]  # and at the end of any
     comment: str  # with {text} in it
+    operation: str  # the same, for the name of an operation
     tool_length: str  # where it holds the length of the tool, as a comment at the head says it
     replaced: dict[str, str]  # characters that a comment may not hold, and what replaces them
     ascii: bool  # whether a comment holds no other letters
@@ -124,6 +130,8 @@ class Control:
         lines = [] if command.values and value is None else self.lines(command.kind, *command.values)
         if command.kind in ("spindle", "coolant"):
             lines += self.lines(f"{command.kind} {command.values[-1]}")
+            if len(lines) > 1 and self.modal:
+                lines = [" ".join(lines)]
         if command.kind == "coolant" and not lines:  # it stays off: a comment tells which
             return self.remark(command.statement)
         return lines
@@ -140,13 +148,14 @@ class Control:
             raise InputError(f"work offset of {self.name}", most, f"{number}")
         return line
 
-    def remark(self, text: str) -> list[str]:
-        """Return a text as a comment, on as many lines as it needs."""
+    def remark(self, text: str, form: str = "") -> list[str]:
+        """Return a text as a comment, or in a `form` of its own, on as many lines as it needs."""
+        form = form or self.comment
         shown = "".join(self.replaced.get(character, character) for character in " ".join(text.split()))
         if self.ascii:
             shown = unicodedata.normalize("NFKD", shown).encode("ascii", "replace").decode()
-        room = (self.longest or len(shown) + NUMBER_ROOM) - len(self.comment) - NUMBER_ROOM
-        return [self.comment.format(text=line) for line in textwrap.wrap(shown, max(room, 20)) or [""]]
+        room = (self.longest or len(shown) + NUMBER_ROOM) - len(form) - NUMBER_ROOM
+        return [form.format(text=line) for line in textwrap.wrap(shown, max(room, 20)) or [""]]
 
     def numbered(self, line: str, before: int) -> str:
         """Return a line with the number of a block that comes after so many others."""
@@ -325,9 +334,11 @@ def from_dict(content: dict, where: str = "control") -> Control:
         name=file.take("name", some_text, "a name in quotes"),
         source=file.take("source", some_text, "what its words rest on, in quotes"),
         head=tuple(program.take("head", *LINES, ())),
+        start=tuple(program.take("start", *LINES, ())),
         end=tuple(program.take("end", *LINES, ())),
         foot=tuple(program.take("foot", *LINES, ())),
-        comment=program.take("comment", only_if(lambda text: "{text}" in text), "a line with {text} in it"),
+        comment=program.take("comment", *COMMENT),
+        operation=program.take("operation", *COMMENT, program.content.get("comment", "")),
         tool_length=program.take("tool_length", some_text, "a text in quotes", "IN THE TOOL TABLE"),
         replaced={sign: replaced.take(sign, *WORD) for sign in list(replaced.content)},
         ascii=program.take("ascii", TRUTH, "true or false", False),

@@ -35,10 +35,10 @@ class Arcs:
 class Cycles:
     """How drilling cycles are written for a control, by `KINDS`; lines with the fields of `CYCLE_FIELDS`."""
 
-    kinds: dict[str, tuple[str, ...]]  # what begins a row of holes,
+    kinds: dict[str, tuple[str, ...]]  # what begins a row of holes, at the position of its first one,
     again: tuple[str, ...]  # what follows the position of each further hole,
     off: tuple[str, ...]  # and of the last
-    before: bool  # whether the row begins before the position of its first hole
+    modal: str  # a word that makes the last of these lines hold for each position that follows, or nothing
     # How the control pecks: from where the first depth counts, "surface", "clearance" or nothing, if not known;
     # how far above the depth before the feed begins again, mm or "clearance"; how far chip breaking goes back, mm.
     pecks_from: str
@@ -150,7 +150,7 @@ def cycles_of(file: TomlTable) -> Cycles | None:
         kinds={kind: tuple(table.take(kind, _filled, expected)) for kind in KINDS if kind in table.content},
         again=tuple(table.take("again", *LINES, ())),
         off=tuple(table.take("off", *LINES, ())),
-        before=table.take("before", only_if(lambda value: isinstance(value, bool)), "true or false", False),
+        modal=table.take("modal", *WORD, ""),
         pecks_from=table.take("pecks_from", *one_of("surface", "clearance"), ""),
         again_above=table.take("again_above", _above, 'mm, not negative, or "clearance"', 0.0),
         back=table.take("back", only_if(lambda value: value >= 0, a_number), "mm, not negative", 0.0),

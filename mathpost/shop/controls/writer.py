@@ -5,18 +5,15 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
-from mathpost.path.cl import commands
-from mathpost.path.modal import Command
 from mathpost.path.text import Column
+from mathpost.shop.controls.between import Said, between, lies_in, tool_list
 from mathpost.shop.controls.blocks import FEED, Blocks, Turn, axis_word, printed
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.phrases import PLANES
@@ -33,34 +30,30 @@ def write(
 
     There is at least one block, and none like the one before. Only letters, digits and underscores of the name are
     used.
-    Where the head says how far the control may round off, it says 0: see `state_rounding`.
+    Where the file of the control says how far it may round off, the program says 0: see `state_rounding`.
     """
     control = control_for(machine, control)
     name = re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
-    said = _between(control, machine, blocks)
-    between = said.lines
-    rows, own = len(blocks.words), list(machine.program_head)
-    only_motion = not own and not machine.program_foot
-    if only_motion:
-        own = control.remark(MOTION_ONLY)
+    said = between(control, machine, blocks)
+    lines_before, rows = said.lines, len(blocks.words)
+    own = [*control.start, *machine.program_head] if machine.complete else control.remark(MOTION_ONLY)
     stated = re.search(r"\d{1,4}", name)
     number = f"{int(stated[0]) or 1:04d}" if stated else "0001"
 
     def filled(lines: Iterable[str]) -> list[str]:
         named = (line.replace("{name}", name).replace("{number}", number) for line in lines)
-        return [line.replace("{rounding}", f"{0:.4f}") for line in named]
+        return [_with_rounding(line, 0, 0) for line in named]
 
-    between[0][:0] = filled((*control.head, *own, *_tool_list(control, blocks)))
-    foot = filled(_foot(control, machine, only_motion))
-    between[rows] += foot
+    lines_before[0][:0] = filled((*control.head, *own, *tool_list(control, blocks)))
+    lines_before[rows] += filled(_foot(control, machine))
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
-    for row, lines in between.items():
+    for row, lines in lines_before.items():
         numbered[row] = sum(not line.startswith(control.unnumbered) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], said)
     texts = io.StringIO()  # unlike pieces that are joined it never holds the text twice
     at = 0
-    for row, lines in between.items():
+    for row, lines in lines_before.items():
         moves = bulk.lines(columns, at, row)
         texts.writelines(moves if control.number is not None else _without_indent(moves))
         count, at = before[row] - numbered[row], row
@@ -72,204 +65,35 @@ def write(
     return texts.getvalue()
 
 
-def _foot(control: Control, machine: Machine, only_motion: bool) -> list[str]:
+def _foot(control: Control, machine: Machine) -> list[str]:
     """The lines after the moves; the foot of the machine may end the program itself."""
-    own = machine.program_foot
-    last = [*(() if only_motion else control.end), *control.foot]
+    own, end = machine.program_foot, control.end if machine.complete else ()
+    before = [line for line in end if not control.ends(line)]
+    last = [*(line for line in end if control.ends(line)), *control.foot]
     if any(control.ends(line) for line in own):
         last = [line for line in last if not control.ends(line)]
-    return [*own, *last]
+    return [*before, *own, *last]
 
 
-def state_rounding(text: str, control: Control, rounding: float) -> str:
-    """Return a program that says in its head how far the control may round off, mm, if its head says so at all."""
-    for word in " ".join(control.head).split():
-        if "{rounding}" in word:
-            before, after = (word.replace("{rounding}", f"{value:.4f}") for value in (0, _down(rounding, 4)))
-            text = text.replace(f" {before}", f" {after}", 1)
+def state_rounding(text: str, control: Control, rounding: float, turned: float) -> str:
+    """Return a program that says how far the control may round off, mm, and turn the tool, degrees.
+
+    If its file has words for that.
+    """
+    for line in (*control.head, *control.start):
+        before, after = _with_rounding(line, 0, 0), _with_rounding(line, rounding, turned)
+        if before != after:
+            text = text.replace(before, after, 1)
     return text
 
 
-def _tool_list(control: Control, blocks: Blocks) -> list[str]:
-    """Comments on the tools of a program: their numbers, lengths, and the numbers of their offsets."""
-    lines: dict[int, str] = {}
-    for _, remark in blocks.remarks:
-        if isinstance(remark, str):
-            continue
-        if remark.kind == "tool":
-            number, length, offset = remark.values
-            stated = "LENGTH OF THE MACHINE FILE" if length is None else f"LENGTH {length:g} MM"
-            lines[number] = f"TOOL {number}: {stated}, OFFSET {offset or number}"
-        elif remark.kind == "compensation" and remark.values[0] != "OFF" and lines:
-            radius = f", RADIUS OFFSET {remark.values[1]}"
-            lines[number] += radius * (radius not in lines[number])
-    return [comment for line in lines.values() for comment in control.remark(line)]
-
-
-@dataclass
-class Said:
-    """The lines between the moves, and how they change the moves."""
-
-    lines: dict[int, list[str]]  # by the number of the move that follows, also behind the last
-    anew: list[int]  # moves that state X Y Z, feed and modes anew: behind a change of the tool, a plane or a cycle
-    turned: list[int]  # and those of them that state the rotary axes, too
-    switches: dict[int, str]  # words that a move itself takes, by its number
-    cycles: list[int]  # moves behind drilling cycles, which have a feed in mm per minute
-    planes: list[int]  # the first moves in a tilted plane and behind it, in turn
-    further: list[int]  # moves to holes of the cycle that is on, which a word such as G0 would end
-
-
-def _between(control: Control, machine: Machine, blocks: Blocks) -> Said:
-    """Return what is `Said` between the moves."""
-    rows = len(blocks.words)
-    offset = edge = 1
-    tcp = unnamed = False  # whether the control keeps the tip, and whether X Y Z name the tip no more
-    selected = ""  # line of the work offset
-    speed: float | None = None  # of the spindle, as stated for this tool
-    wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
-    switched = np.flatnonzero(np.diff(wanted)) + 1
-    changes = [0, *switched.tolist()]
-    said: dict[int, list[str | Command]] = {row: [] for row in (*changes, rows)}
-    between: dict[int, list[str]] = {}
-    switches: dict[int, str] = {}
-    cycles: list[int] = []
-    drilled: list[int] = []
-    planes: list[int] = []
-    further: list[int] = []
-    cut = np.flatnonzero(~blocks.rapid)
-    tools = [(row, remark.values[0]) for row, remark in commands(blocks.remarks, "tool")]
-    following = {row: after for (row, now), (_, after) in pairwise([*tools, *tools[:1]]) if after != now}
-    around = _around(control, machine.joint_names, blocks)
-    for row in around:
-        said.setdefault(row, [])
-    for row, remark in blocks.remarks:
-        said.setdefault(min(row, rows), []).append(remark)
-    for row in sorted(said):
-        lines: list[str] = []
-        if tcp and not wanted[row] and any(_in_own_coordinates(remark) for remark in said[row]):
-            lines += control.lines("TCP off")
-            lines += [selected] * bool(selected and control.work_offsets.anew)
-            unnamed, tcp = True, False
-        for remark in said[row]:
-            if isinstance(remark, str):
-                lines += control.remark(remark)
-                continue
-            kind, first = remark.kind, len(lines)
-            if kind == "compensation":
-                (side,) = control.lines(f"{kind} {remark.values[0]}", *remark.values)
-                switches[row] = f"{switches[row]} {side}" if switches.get(row) else side
-            elif kind == "tool":
-                lines += control.lines("TCP off") * tcp
-                tool, _, stated = remark.values
-                offset, edge, tcp, speed = stated or tool, stated or 1, False, None
-                change = (line.replace("{tool}", str(tool)) for line in machine.tool_change)
-                lines += [line.replace("{offset}", str(offset)) for line in change]
-                unnamed = not machine.tool_change
-                if unnamed:
-                    lines += control.lines("tool", tool, edge=edge)
-                    lines += control.lines("next tool", following[row]) if row in following else []
-                changes.append(row)
-            elif kind == "work offset":
-                lines += control.lines("TCP off") * tcp
-                selected = control.work_offset_line(*remark.values)
-                lines.append(selected)
-                unnamed, tcp = unnamed or tcp, False
-                changes.append(row)
-            elif kind == "approach":
-                height, angles = remark.values
-                lines += [*control.lines("safe", height, edge=edge), _turn(control, angles)]
-            elif kind == "cycle":
-                last = cut[np.searchsorted(cut, row) - 1] if (cut < row).any() else -1
-                if control.inverse_time and last >= max(cycles, default=0) and not np.isnan(blocks.seconds[last]):
-                    lines.append(control.inverse_time[1])
-                cycles.append(row)
-                further += [row] if control.cycles and not control.cycles.before else []
-                lines += [line.format(**remark.values[1]) for line in remark.values[0]]
-            elif kind in ("plane", "cycle off", "plane off"):
-                lines += remark.values[0]
-                (drilled if kind == "cycle off" else changes).append(row)
-                if further[-1:] == [row]:
-                    further.pop()
-                planes += [row] if kind.startswith("plane") else []
-            elif kind == "offset":
-                lines += control.lines("TCP off") * tcp
-                unnamed = unnamed or tcp
-                offset, edge, tcp = remark.values[0], remark.values[0], False
-                if wanted[row] or machine.programmed_point == "tip":
-                    lines += control.said(remark)
-            elif kind == "spindle" and not remark.skip:
-                value, sense = remark.values
-                news = control.said(Command(kind, (None if value == speed else value, sense), ""))
-                if tcp and any(line.startswith(control.without_tcp) for line in news):
-                    lines += control.lines("TCP off")
-                    tcp = False
-                lines += news
-                speed = value if value is not None else speed
-            else:
-                lines += control.said(remark)
-            if remark.skip:
-                lines[first:] = [f"/{line}" for line in lines[first:]]
-        if wanted[row] != tcp:
-            tcp = bool(wanted[row])
-            unnamed = not tcp
-            lines += control.lines("TCP on", offset) if tcp else control.lines("TCP off")
-            lines += [selected] * bool(selected and control.work_offsets.anew)
-        if unnamed and not tcp and row < rows and machine.programmed_point == "tip":
-            # In the block itself: X Y Z name the tip again.
-            tip = [*control.lines("tip", offset), *filter(None, [switches.get(row)])]
-            switches[row], unnamed = " ".join(tip), False
-        restored, pole = around.get(row, ([], []))
-        between[row] = [*restored, *lines, *pole]
-    anew, turned = (sorted({row for row in found if row < rows}) for found in ([*changes, *drilled], changes))
-    return Said(between, anew, turned, switches, cycles, planes, further)
-
-
-def _in_own_coordinates(remark: str | Command) -> bool:
-    """Whether something said begins a plane or a cycle: the control keeps no tip there."""
-    return isinstance(remark, Command) and remark.kind in ("plane", "cycle")
-
-
-def _around(control: Control, axes: tuple[str, ...], blocks: Blocks) -> dict[int, tuple[list[str], list[str]]]:
-    """Lines before the moves from arcs: that select the plane XY again, and that state a centre; by row, a pair."""
-    lines: dict[int, tuple[list[str], list[str]]] = {}
-    arcs = control.arcs
-    if arcs is None:
-        return lines
-    turns = dict(blocks.turns)
-    for row, turn in blocks.turns:
-        if arcs.pole:
-            first, second, _ = _of_plane(turn.plane)
-            words = [_position(control, axes[axis], turn.centre[axis]) for axis in sorted((first, second))]
-            lines[row] = [], [f"{arcs.pole}{''.join(words)}"]
-        elif turn.plane != PLANES[0] and row + 1 not in turns:
-            lines[row + 1] = [arcs.planes[PLANES[0]]], []
-    return lines
-
-
-def _of_plane(name: str) -> tuple[int, int, int]:
-    """The two axes of a plane, and the one square to it."""
-    return [(0, 1, 2), (2, 0, 1), (1, 2, 0)][PLANES.index(name)]
-
-
-def _lies_in(axis: int, turn: Turn) -> bool:
-    """Whether an axis is one of the plane of an arc."""
-    return axis in _of_plane(turn.plane)[:2]
-
-
-def _position(control: Control, name: str, value: float) -> str:
-    return f"{axis_word(name)}{value:{control.plus}z.{control.decimals}f}"
+def _with_rounding(line: str, rounding: float, turned: float) -> str:
+    return line.replace("{rounding}", f"{_down(rounding, 4):.4f}").replace("{turned}", f"{_down(turned, 4):.4f}")
 
 
 def _without_indent(texts: Iterable[str]) -> Iterator[str]:
     """Lines that begin with a word and not with the blank before it."""
     return (text.replace("\n ", "\n").removeprefix(" ") for text in texts)
-
-
-def _turn(control: Control, angles: dict[str, float]) -> str:
-    """The line of a rapid move of the rotary axes alone; `angles` by name, degrees."""
-    words = [_position(control, name, value) for name, value in angles.items()]
-    turned = f"{control.begin}{''.join(words)}"
-    return f"{control.rapid}{turned}" if control.modal else f"{turned} {control.rapid}"
 
 
 def _columns(
@@ -288,10 +112,11 @@ def _columns(
         shown = _changes(printed(np.array(column), control.decimals))
         shown[said.anew if number < 3 else said.turned] = True
         if number > 2:
+            shown[said.approached] = False
             for first, stop in zip(said.planes[::2], said.planes[1::2], strict=True):
                 shown[first:stop] = False  # in a tilted plane
         for row, turn in blocks.turns:
-            if _lies_in(number, turn):
+            if lies_in(number, turn):
                 shown[row] = not (turn.helix and control.arcs is not None and control.arcs.helix)
         positions.append(Column(axis_word(axis), column, control.decimals, control.plus, shown))
     positions = [*positions, *centres]
@@ -353,7 +178,7 @@ def _turned(control: Control, blocks: Blocks) -> tuple[list[Column], list[Column
         Column(f" {arcs.counterclockwise}", shown=where(lambda turn: not turn.clockwise)),
     ]
     for axis, word in enumerate(arcs.centre):
-        shown = where(partial(_lies_in, axis))
+        shown = where(partial(lies_in, axis))
         centres.append(number(word, [turn.offset[axis] for turn in turns], shown))
     return ([*before], centres, senses) if arcs.begin else ([*before, *senses], centres, [])
 

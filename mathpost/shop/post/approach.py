@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 
 def approaches(machine: Machine, options: Options) -> bool:
     """Whether a program comes from the safe position and goes back: it has a head or a foot, and they are known."""
-    has_frame = bool(machine.program_head or machine.program_foot)
-    return machine.safe is not None and has_frame and bool(options.control.commands["safe"])
+    return machine.safe is not None and machine.complete and bool(options.control.commands["safe"])
 
 
 def approached(path: ToolPath, motion: Motion, clearance: float) -> Motion:

@@ -53,7 +53,12 @@ def arcs(draft: Draft, piece: Arc) -> Iterator[tuple[int, int, Turn]]:
     step = 2 * np.arcsin(np.minimum(np.linalg.norm(around[1] - around[0]) / (2 * radius[0]), 1))
     step = _angle(around[0], around[-1], square, clockwise, step * (last - first)) / (last - first)
     sagitta = radius[0] * (1 - np.cos(step / 2))
-    room = options.tolerance - sagitta - curves.CHORD - 10.0**-options.control.decimals
+    room = (
+        options.tolerance * options.share(draft.path.kin.machine)
+        - sagitta
+        - curves.CHORD
+        - 10.0**-options.control.decimals
+    )
     compensated = commands(blocks.remarks, "compensation")
     for start, end in _between_remarks(blocks, first, last, {row for row, _ in compensated}):
         most = end - start if known.helix else int(WHOLE / step)  # rows of one arc

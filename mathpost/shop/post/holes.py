@@ -32,24 +32,27 @@ def holes(draft: Draft) -> None:
     known = draft.options.control.cycles
     if known is None:
         return
-    # What the row of holes has in common, and its last row.
-    series: tuple[tuple[str, dict[str, float], Frame | None], int] | None = None
+    # What the row of holes has in common, its last row, and whether its cycle is done wherever the tool goes.
+    series: tuple[tuple[str, dict[str, float], Frame | None], int, bool] | None = None
     for piece in draft.path.cl.pieces:
         if not isinstance(piece, Hole):
             continue
         kind = kind_of(piece)
-        found = _rows(draft, known, piece) if kind in known.kinds else None
+        found = _rows(draft, piece) if kind in known.kinds else None
         if found is None:
             continue
-        first, last = found
+        first, last, comes = found
         values = _values(draft, piece.cycle, piece, first, last)
         said = kind, values, draft.frames[last]
         goes_on = series is not None and series[0] == said and _follows(draft, piece, series[1], first)
         if series is not None and not goes_on:
-            _end(draft, known, series[1] + 1)
-        if not goes_on and known.before:
-            draft.say(first, Command("cycle", (known.kinds[kind], values), ""))
-        lines = known.again if goes_on or known.before else known.kinds[kind]
+            _end(draft, known, *series[1:])
+        lines, everywhere = known.kinds[kind], bool(known.modal and comes)
+        if everywhere and not (goes_on and series is not None and series[2]):
+            modal = (*lines[:-1], f"{known.modal} {lines[-1]}")
+            draft.say(first, Command("cycle", (modal, values), ""))
+        if everywhere or (goes_on and not known.modal):
+            lines = known.again
         draft.say(last + 1, Command("cycle", (lines, values), ""), first=True)
         for row in range(first, last + 2):
             there = draft.said.get(row, [])
@@ -63,15 +66,15 @@ def holes(draft: Draft) -> None:
             deep = values["clearance"] - values["bottom"]
             parts = (values["clearance"] - np.array(heights)) / deep
             draft.strokes.append(Strokes(draft.moves.motion.place[bottom], parts, np.array(rapid, bool)))
-        series = said, last
+        series = said, last, everywhere
     if series is not None:
-        _end(draft, known, series[1] + 1)
+        _end(draft, known, *series[1:])
 
 
-def _end(draft: Draft, cycles: Cycles, row: int) -> None:
-    there = draft.said[row]
+def _end(draft: Draft, cycles: Cycles, last: int, everywhere: bool) -> None:
+    there = draft.said[last + 1]
     place = 1 + max(n for n, remark in enumerate(there) if _is_cycle(remark))
-    there.insert(place, Command("cycle off", (cycles.off,), ""))
+    there.insert(place, Command("cycle off", (cycles.off if everywhere or not cycles.modal else (),), ""))
 
 
 def _is_cycle(remark: str | Command) -> bool:
@@ -85,12 +88,15 @@ def _follows(draft: Draft, piece: Hole, before: int, first: int) -> bool:
     return first == before + 1 and level and quiet and bool(draft.moves.blocks.rapid[first])
 
 
-def _rows(draft: Draft, cycles: Cycles, piece: Hole) -> tuple[int, int] | None:
-    """The row above a hole and the last one of it, or None where the control's cycle would do something else."""
+def _rows(draft: Draft, piece: Hole) -> tuple[int, int, bool] | None:
+    """The row above a hole, the last one of it, and whether a block goes there; else the tool stands there already.
+
+    None where the control's cycle would do something else.
+    """
     motion, blocks = draft.moves.motion, draft.moves.blocks
     first, last = (int(np.searchsorted(motion.place, at, side="right")) - 1 for at in (piece.first, piece.last))
     there = motion.place[first] == piece.first  # or the tool has been above the hole before
-    if last - first < 2 or not (there or _stands(draft, cycles, first, piece)):
+    if last - first < 2 or not (there or _stands(draft, first, piece)):
         return None
     body = slice(first, last + 1)
     if not draft.still(first, last) or blocks.tcp[body].any() or (motion.kind[body] != ON_PART).any():
@@ -107,14 +113,14 @@ def _rows(draft: Draft, cycles: Cycles, piece: Hole) -> tuple[int, int] | None:
     fed = comes and same and not np.isfinite(blocks.seconds[inside]).any()
     if other or not along_z or tool[2] < 1 - 1e-7 or not fed:
         return None
-    return first, last
+    return first, last, bool(there)
 
 
-def _stands(draft: Draft, cycles: Cycles, row: int, piece: Hole) -> bool:
-    """Whether the tool is above a hole already: then the control has no position before the first one."""
+def _stands(draft: Draft, row: int, piece: Hole) -> bool:
+    """Whether the tool is above a hole already."""
     tip, _ = draft.path.kin.forward(draft.moves.motion.joints[row])
     here = np.linalg.norm(tip - draft.path.cl.points[piece.first]) < SAME
-    return bool(here) and not cycles.before
+    return bool(here)
 
 
 def _leave_out_pecks(draft: Draft, first: int, bottom: int, clearance: float) -> None:

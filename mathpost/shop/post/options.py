@@ -107,6 +107,14 @@ class Options:
         """Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss."""
         return np.radians(10.0**-self.control.decimals) + AXIS_RESOLUTION
 
+    def share(self, machine: Machine) -> float:
+        """How much of the tolerances is for the moves: half, where the program lets the control round off."""
+        return 0.5 if machine.complete and any("{rounding}" in line for line in self.control.start) else 1.0
+
+    def axis_room(self, machine: Machine) -> float:
+        """Return what the tool axis may stray in the moves, radians, but for the printed digits."""
+        return max(self.share(machine) * self.axis_tolerance, 2 * self.axis_digits) - self.axis_digits
+
     def real(self, machine: Machine) -> Compensator | None:
         """Return the machine as it was measured, if it was, set up as `machine`: with its origin and tool."""
         return None if self.errors is None else Compensator(replace(self.errors, machine=machine))

@@ -118,7 +118,8 @@ def postprocess(
     progress("proving")
     proofs = [_proof(each, asked) for each in plans]
     left = asked.tolerance - max(each.path_tip_error for each in proofs)
-    text = state_rounding(text, asked.control, left)
+    turned = np.degrees(asked.axis_tolerance) - max(each.path_axis_error for each in proofs)
+    text = state_rounding(text, asked.control, left, turned)
 
     if compare:
         progress("comparing")

@@ -13,6 +13,7 @@ from mathpost.machine import Machine
 from mathpost.path import deviation, selection
 from mathpost.path.cl import CLData, commands, feed_times
 from mathpost.path.coordinates import AS_WRITTEN
+from mathpost.path.modal import COMMENTS, Command
 from mathpost.path.pieces import Hole
 from mathpost.shop.controls.blocks import Blocks
 from mathpost.shop.controls.control import BETWEEN_BLOCKS
@@ -199,9 +200,10 @@ def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan])
         "program",
         f"{sum(len(each.moves.blocks.words) for each in plans)} moves, TCP {'on' if options.tcp else 'off'}",
     )
-    remarks = [remark for _, remark in cl.remarks]
-    comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
-    orders = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
+    texts = [each if isinstance(each, str) else each.statement for _, each in cl.remarks
+             if isinstance(each, str) or each.kind in COMMENTS]  # fmt: skip
+    comments = Counter(text.upper().replace("/", " ").split()[0] for text in texts)
+    orders = Counter(each.kind for _, each in cl.remarks if isinstance(each, Command) and each.kind not in COMMENTS)
     for name, counts in (("comments", comments), ("commands", orders)):
         if counts:
             yield name, ", ".join(f"{word} {count}" for word, count in counts.most_common())

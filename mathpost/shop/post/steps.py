@@ -19,6 +19,7 @@ from mathpost.machine import Machine
 from mathpost.path import deviation, selection
 from mathpost.path.between_blocks import follow, in_the_air, linearize
 from mathpost.path.cl import OPPOSITE, CLData, commands
+from mathpost.path.cl_words import in_program
 from mathpost.path.modal import Command
 from mathpost.path.motion import LIFTED, SAFE, Motion
 from mathpost.path.region import through_the_records, unbroken
@@ -190,12 +191,18 @@ def plan(
     held = [] if before is None else what_the_control_holds(before.path, options)
     said = tuple((0, line) for line in what_the_control_holds(path, options) if line not in held)
     remarks = [*said, *moves.blocks.remarks]
+    stated = [n for n, (row, each) in enumerate(remarks) if row == 0 and isinstance(each, Command)]
+    first = stated[0] if stated else sum(row == 0 for row, _ in remarks)
     if path.offset is not None and not any(row == 0 for row, _ in commands(remarks, "work offset")):
-        select = Command("work offset", (path.offset,), "")
-        remarks.insert(sum(row == 0 and isinstance(each, str) for row, each in remarks), (0, select))
+        remarks.insert(first, (0, Command("work offset", (path.offset,), "")))
     safe = path.kin.machine.safe
     if safe is not None and comes and not goes_on:
-        remarks.insert(sum(row == 0 for row, _ in remarks), (0, approach_command(path, moves.blocks, safe)))
+        # Spindle and coolant go on where the tool stands above the part, behind its change.
+        begun = [n for n, (row, each) in enumerate(remarks) if row == 0 and _begins(each)]
+        behind = 1 + max(begun, default=first - 1)
+        remarks.insert(behind, (0, approach_command(path, moves.blocks, safe)))
+        if before is None and any(row == 0 for row, _ in commands(remarks, "tool")):
+            remarks.insert(min(begun), (0, Command("safe", (safe[2],), "")))
     if safe is not None and comes:
         wanted = motion.joints[int(goes_on), 3:]
         standing = wanted if before is None else before.moves.motion.joints[-1, 3:]
@@ -205,6 +212,10 @@ def plan(
     moves = replace(moves, blocks=replace(moves.blocks, remarks=tuple(remarks)))
     refuse_turning_compensation(path, moves.blocks)
     return Plan(path, chosen, found, moves, measured, cautions)
+
+
+def _begins(remark: str | Command) -> bool:
+    return isinstance(remark, Command) and remark.kind in ("tool", "work offset", "offset")
 
 
 def choose(
@@ -220,8 +231,8 @@ def choose(
 
 def crossing(path: ToolPath, chosen: Selection, region: tuple[int, int], options: Options) -> Crossing:
     """Return a singular region with what is left of the tolerances for the ways through it."""
-    room = options.axis_tolerance - options.axis_digits
-    tip = options.tolerance / 2
+    room = options.axis_room(path.kin.machine)
+    tip = options.tolerance / 2 * options.share(path.kin.machine)
     return Crossing(path.kin, path.cl, chosen.joints, region, tolerance=tip, axis_tolerance=room)
 
 
@@ -252,7 +263,7 @@ def cross(
 
 def keep_axis(path: ToolPath, motion: Motion, free: np.ndarray, options: Options) -> Motion:
     """Divide the moves in cut, but those that are `free`, until the tool axis keeps to its great circle."""
-    return follow(path.kin, path.cl, motion, options.axis_tolerance - options.axis_digits, free=free)
+    return follow(path.kin, path.cl, motion, options.axis_room(path.kin.machine), free=free)
 
 
 def keep_tip(path: ToolPath, motion: Motion, options: Options) -> Motion:
@@ -279,7 +290,8 @@ def _left_for_the_tip(path: ToolPath, motion: Motion, options: Options) -> np.nd
     if worst > options.tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {decimals} decimals on this machine"
         raise InputError("tolerance", expected, f"{options.tolerance}")
-    return options.tolerance - np.maximum(moved[:-1], moved[1:])
+    room = max(options.share(path.kin.machine) * options.tolerance, 2 * worst)
+    return room - np.maximum(moved[:-1], moved[1:])
 
 
 def _refuse_out_of_travel(path: ToolPath, motion: Motion) -> None:
@@ -362,7 +374,9 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
         feeds = np.where(only_turns, 60 * degrees / np.where(only_turns, seconds, 1), feeds)
     # A remark comes before the first block of the move to its record.
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
-    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
+    said = ((block, in_program(each) if isinstance(each, str) else each)
+            for block, (_, each) in zip(before, cl.remarks, strict=True))  # fmt: skip
+    remarks = tuple((block, each) for block, each in said if each)
     blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
     return Moves(motion, blocks)
 
