@@ -323,9 +323,7 @@ def _rotary(table: TomlTable) -> Rotary:
     return _joint(table, Rotary, name, "degrees", axis=axis, point=point, clamp=clamp)
 
 
-def _joint(
-    table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carries: str, **more: Any
-) -> AnyJoint:
+def _joint(table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carries: str, **more: Any) -> AnyJoint:
     """Read a joint of either kind, given in `unit`; `carries` is the default of that key."""
     scale = math.radians if unit == "degrees" else float
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mathpost.controls.blocks import Blocks, Turn, axis_word
-from mathpost.controls.control import Control
-from mathpost.controls.phrases import PLANES
 from mathpost.machine import Machine
 from mathpost.path.cl import commands
 from mathpost.path.modal import Command
+from mathpost.shop.controls.blocks import Blocks, Turn, axis_word
+from mathpost.shop.controls.control import Control
+from mathpost.shop.controls.phrases import PLANES
 
 Between = dict[int, list[str]]  # lines by the move that follows
 RESTS = 8  # moves in which a rotary axis stands still, that are worth clamping it
