@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from mathpost.interface.shell.pose import control_lines, position_rows
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import wrap
 from mathpost.shop.controls import plane_blocks
+from mathpost.shop.controls.plane_forms import FORMS, HEADS, Words
 from mathpost.shop.plane import pose, positioning
 from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
 
@@ -32,7 +34,11 @@ SEEN = 10.0  # mm along the plane's X of a point whose place with a wrong K is s
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add("words", nargs="*", metavar="WORD", help="as typed: G68.2 I135 J54.7356 K-90, PLANE SPATIAL …, CYCLE800(…)")
+    add(
+        "words", nargs="*", metavar="WORD",
+        help="as typed: G68.2 I135 J54.7356 K-90 or any other of its forms (P1 to P4, G68.3, G68.4, G68 I J K R, "
+        "G268, CALL OO88), PLANE SPATIAL …, CYCLE800(…)",
+    )  # fmt: skip
     add("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="three of them: origin, on X, towards Y")
     add("--normal", **THREE, metavar=("I", "J", "K"), help="direction of the plane's Z")
     add("--x", **THREE, metavar=("I", "J", "K"), help="direction of its X (default: level, K is 0)")
@@ -45,14 +51,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the plane; return 1 if the machine has no position inside travel."""
-    plane = _read(options).to("G68.2")
-    answer: dict[str, Any] = {"origin": plane.origin, "x": plane.frame.x, "y": plane.frame.y, "z": plane.frame.z}
+    kinematics = None if options.machine is None else Kinematics(machine.load(options.machine))
+    names = () if kinematics is None else kinematics.machine.joint_names[3:]
+    present = np.array(count_of(options.present, names, "--from") if options.present else [0.0] * len(names))
+    plane, form = _read(options, kinematics, present)
+    plane = plane.to("G68.2")
+    answer: dict[str, Any] = {"form": FORMS[form] if form else None, "clockwise": bool(plane.frame.z[2] < -SAME)}
+    answer |= {"origin": plane.origin, "x": plane.frame.x, "y": plane.frame.y, "z": plane.frame.z}
     answer |= {"words": _words(plane), "wrong": _wrong(plane)}
     found, lines = [], _plane_lines(plane, answer)
-    if options.machine is not None:
-        kinematics = Kinematics(machine.load(options.machine))
-        names = kinematics.machine.joint_names[3:]
-        present = np.array(count_of(options.present, names, "--from") if options.present else [0.0] * len(names))
+    if options.point or form == "p2":
+        lines[:0] = [_order(plane)]
+    if form:
+        said = FORMS[form]
+        beware = f" Beware: {said['beware']}." * bool(said["beware"])
+        about = f"{said['words']} is read as {said['is']}. Source: {said['source']}.{beware}"
+        lines[:0] = [*textwrap.wrap(about, 110), ""]
+    if kinematics is not None:
         found = pose.positions(kinematics, plane.origin, plane.frame.z, present)
         taken = pose.taken(kinematics, plane.frame.z, present)
         left = [_left(kinematics, plane, each) for each in found]
@@ -75,8 +90,36 @@ def run(options: argparse.Namespace) -> int:
     return int(bool(found) and all(each.reasons for each in found))
 
 
-def _read(options: argparse.Namespace) -> Plane:
-    """Return the plane that the options state, in one way or another."""
+def _order(plane: Plane) -> str:
+    """Say on which side of three points Z is, and what it is with two of them exchanged."""
+    side = (
+        "clockwise seen from above: Z points down"
+        if plane.frame.z[2] < -SAME
+        else "anticlockwise seen from above: Z points up"
+    )
+    side = side if abs(plane.frame.z[2]) > SAME else "in an upright plane: Z is level"
+    return (
+        f"The three points run {side}. Exchanging the second and the third turns the plane over: Z is the opposite."
+    )
+
+
+def _fixture(words: Words, kinematics: Kinematics | None) -> Plane:
+    """CALL OO88: the workpiece turns with the rotary axes, and the plane is square to the machine."""
+    if kinematics is None:
+        raise InputError("CALL OO88", "--machine: it states positions of its axes", "none")
+    joints = dict.fromkeys(kinematics.machine.joint_names, 0.0)
+    for name in joints:
+        joints[name] = float(words.take([f"P{name}"], optional=True)[0])
+    words.take(["PH", "PP"], optional=True)
+    words.done()
+    if any(joints[name] for name in "XYZ"):
+        raise InputError("CALL OO88", "PX, PY and PZ 0", "another number, and in whose axes it counts is not known")
+    workpiece, _ = machine_frames(kinematics.machine, [0, 0, 0, *list(joints.values())[3:]], degrees=True)
+    return Plane.from_frame(Frame(workpiece.rotation.T, np.zeros(3)), "G68.2")
+
+
+def _read(options: argparse.Namespace, kinematics: Kinematics | None, present: np.ndarray) -> tuple[Plane, str]:
+    """Return the plane that the options state, in one way or another, and the form of its words."""
     said = [name for name in ("words", "point", "normal") if getattr(options, name)]
     if len(said) != 1:
         raise InputError("plane", "a control's words, three --point, or --normal", " and ".join(said) or "nothing")
@@ -87,8 +130,14 @@ def _read(options: argparse.Namespace) -> Plane:
         text = " ".join(options.words).upper()
         if not text.startswith("CYCLE"):  # a decimal comma
             text = re.sub(r"(?<=\d),(?=\d)", ".", text)
-        plane = plane_blocks.from_text(text, keep=options.keep)
-        return plane if origin is None else Plane(plane.notation, plane.values, origin, plane.keep)
+        words = Words(text, "CALL OO88")
+        if words.begin("CALL OO88"):
+            plane, form = _fixture(words, kinematics), "oo88"
+        else:
+            tool = None if kinematics is None else kinematics.forward(np.r_[np.zeros(3), present], degrees=True)[1]
+            blocks = re.sub(rf"\s+(?=(?:{'|'.join(map(re.escape, HEADS))})\s)", "\n", text)
+            plane, form = plane_blocks.read(blocks, keep=options.keep, tool=tool)
+        return plane if origin is None else Plane(plane.notation, plane.values, origin, plane.keep), form
     if options.point:
         if len(options.point) != 3:
             raise InputError(
@@ -103,7 +152,7 @@ def _read(options: argparse.Namespace) -> Plane:
         frame = Frame.from_axes(
             z, _floats(options.x) if options.x else level, np.zeros(3) if origin is None else origin
         )
-    return Plane.from_frame(frame, "G68.2")
+    return Plane.from_frame(frame, "G68.2"), ""
 
 
 def _floats(texts: Iterable[str]) -> np.ndarray:

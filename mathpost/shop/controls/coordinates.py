@@ -20,7 +20,7 @@ from mathpost.shop.plane import positioning
 from mathpost.shop.plane.tilted_plane import Plane
 
 # Rules by which a control turns its rotary axes to a plane, functions of `mathpost.shop.plane.positioning`.
-POSITIONING = ("fanuc", "heidenhain", "siemens")
+POSITIONING = ("fanuc", "heidenhain", "siemens", "standing")
 
 
 @dataclass
@@ -44,8 +44,9 @@ class Coordinates:
             self.words[axis] = setup.start.get(name, np.nan)
         self.tcp = False
         self.plane: Plane | None = None
+        self.turned: Frame | None = None  # of a 3D rotation: the program in the workpiece, the rotary axes stay
         self.shift = np.zeros(3)  # of the datum
-        self.inner = np.zeros(3)  # of the datum in the plane, along its axes
+        self.inner = np.zeros(3)  # of the datum in the plane or the rotation, along its axes
         self.offset = np.zeros(3)  # of the work offset that is called, from the first one
         self.first_offset: str | None = None
         self.tools: list[str] = []
@@ -61,19 +62,24 @@ class Coordinates:
         return self.tcp or self.plane is not None
 
     @property
+    def frame(self) -> Frame | None:
+        """The frame that X Y Z are in: that of the plane, or of a 3D rotation."""
+        return self.turned if self.plane is None else self.plane.frame
+
+    @property
     def as_they_are(self) -> bool:
         """Whether words are what they resolve to."""
-        return self.plane is None and not self.shift.any() and not self.offset.any()
+        return self.frame is None and not self.shift.any() and not self.offset.any()
 
     def resolved(self, points: np.ndarray) -> np.ndarray:
         """Return X Y Z of a program, (..., 3), counted from the machine file's origin, as joints or tips."""
-        placed = points if self.plane is None else _point(self.plane.frame, points + self.inner)
+        placed = points if self.frame is None else _point(self.frame, points + self.inner)
         return placed + self.shift + self.offset
 
     def expressed(self, points: np.ndarray) -> np.ndarray:
         """The inverse of `resolved`."""
         placed = points - self.shift - self.offset
-        return placed if self.plane is None else _point(self.plane.frame.inverse(), placed) - self.inner
+        return placed if self.frame is None else _point(self.frame.inverse(), placed) - self.inner
 
     def exchange(self, machine: Machine) -> None:
         """Change the tool or the origin of the machine: its slides stay where they are, its words change."""
@@ -113,7 +119,7 @@ class Coordinates:
         if np.isnan(self.words[3:]).any():
             return np.full(3, np.nan)
         axis = self.kin.forward(np.r_[np.zeros(3), self.words[3:]], degrees=True)[1]
-        return axis if self.plane is None else self.plane.frame.inverse().rotation @ axis
+        return axis if self.frame is None else self.frame.inverse().rotation @ axis
 
     def angles_for(self, plane: Plane, rule: str, **choice: Any) -> np.ndarray:
         """Return the rotary angles, degrees, that a control goes to for a plane, from the present angles.
@@ -127,7 +133,7 @@ class Coordinates:
     def angles_along(self, axis: ArrayLike) -> np.ndarray:
         """Return the rotary angles, degrees, for a tool axis in the workpiece: the branch that is nearest."""
         kin, present = self.kin, np.nan_to_num(self.words[3:])
-        frame = None if self.plane is None else self.plane.frame
+        frame = self.frame
         axis = unit(np.asarray(axis, dtype=float))
         both = kin.inverse(np.zeros(3), axis if frame is None else frame.rotation @ axis, degrees=True)[:, 3:]
         for angles in both:

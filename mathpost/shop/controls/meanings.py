@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mathpost.shop.controls import curves, plane_blocks
+from mathpost.frame import Frame
+from mathpost.shop.controls import curves, plane_blocks, plane_forms
 from mathpost.shop.controls.calls import LABELS
 from mathpost.shop.controls.curves import PLANES
 from mathpost.shop.controls.lines import Drilling, Line
@@ -110,7 +111,7 @@ def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, st
     """A shift of the datum by the axes that the line names."""
 
     def shift(reader: Lines, line: Line, text: str) -> None:
-        held = "shift" if reader.at.plane is None else "inner"  # on a tilted plane, along its axes
+        held = "shift" if reader.at.frame is None else "inner"  # on a tilted plane, along its axes
         line.used("axis ")
         shift = np.zeros(3) if anew else getattr(reader.at, held).copy()
         for name, (value, counted) in line.axes.items():
@@ -147,9 +148,18 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
         if not kept:
             reader.at.words[:3] = np.nan
         return
+    line.used("axis ", "centre ", "radius", "argument", "feed")
+    reader.unfinished.append(text)
+    if plane_forms.lacking(reader.unfinished):
+        return
+    text, held = "\n".join(reader.unfinished), reader.at.plane
+    reader.unfinished = []
     _leave(reader)
-    plane = plane_blocks.from_text(text)
-    line.used("axis ", "centre ", "argument", "feed")
+    plane, form = plane_blocks.read(
+        text, before=held if text.startswith("G68.4") else None, tool=reader.at.tool_axis()
+    )
+    if form in ASSUMED:
+        reader.note(form, text.splitlines()[0])
     plane = _in_mm(reader, plane)
     reader.at.change(plane=plane)
     if reader.control.positioning == "heidenhain":  # what the program may turn the axes by itself with, as A+Q120
@@ -161,6 +171,18 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
         reader.at.words[:3] = np.nan
 
 
+def _rotation(reader: Lines, line: Line, text: str) -> None:
+    """A 3D rotation: X Y Z are in another frame, the rotary axes and the tool's length take no part in it."""
+    line.used("axis ", "centre ", "radius")
+    if reader.at.plane is not None:
+        raise reader.error("a 3D rotation without a tilted plane", "one")
+    frame = _in_mm(reader, plane_blocks.from_text(text)).frame
+    held = reader.at.turned
+    reader.at.change(
+        turned=frame if held is None else Frame(held.rotation, held.origin) @ Frame(frame.rotation, frame.origin)
+    )
+
+
 def _in_mm(reader: Lines, plane: Plane) -> Plane:
     return replace(plane, origin=plane.origin * reader.scale)
 
@@ -169,7 +191,7 @@ def _leave(reader: Lines) -> None:
     """No tilted plane any more. A shift on it would go on along axes that differ from control to control."""
     if reader.at.inner.any():
         raise reader.error("the shift on the tilted plane taken back before the plane ends", "it holds")
-    reader.at.change(plane=None)
+    reader.at.change(plane=None, turned=None)
 
 
 def _no_frames(reader: Lines, line: Line, text: str) -> None:
@@ -190,14 +212,19 @@ def _working_plane(reader: Lines, line: Line, text: str) -> None:
 
 def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
     """The rotary axes go to the position that this control takes, the slides do not move."""
-    joints, control = reader.at.joints(), reader.control
+    joints = reader.at.joints()
+    reader.turn_to(joints, _angles(reader, choice))
+
+
+def _angles(reader: Lines, choice: dict[str, Any]) -> np.ndarray:
+    """The rotary angles, degrees, that this control takes for the plane."""
+    control = reader.control
     _no_tcp(reader)
     if reader.at.plane is None:
         raise reader.error("a tilted plane before it", "none")
     if not control.positioning:
         raise reader.error(f"a rule of {control.name} for the rotary axes", "none in its file")
-    angles = reader.at.angles_for(reader.at.plane, control.positioning, **choice)
-    reader.turn_to(joints, angles)
+    return reader.at.angles_for(reader.at.plane, control.positioning, **choice)
 
 
 def _no_tcp(reader: Lines) -> None:
@@ -208,6 +235,11 @@ def _no_tcp(reader: Lines) -> None:
 
 def _turn(reader: Lines, line: Line, text: str) -> None:
     _turn_to(reader, line)
+
+
+def _turn_about_tip(reader: Lines, line: Line, text: str) -> None:
+    """As the turn to a plane, but the slides follow, so that the tip stays where it is."""
+    reader.put(np.r_[reader.at.words[:3], _angles(reader, {})][None], line, np.array([True]))
 
 
 def _plane_off(reader: Lines, line: Line, text: str) -> None:
@@ -247,7 +279,9 @@ STATEMENTS = {
     "tilted plane": _plane,
     "working plane": _working_plane,
     "no frames": _no_frames,
+    "3D rotation": _rotation,
     "turn to plane": _turn,
+    "turn to plane about the tip": _turn_about_tip,
     "plane off": _plane_off,
 }
 NUMBERS = {
@@ -264,6 +298,8 @@ ASSUMED = {
     "on arcs": "the rotary axes turn evenly in a block; by line {line} ({word}) the control takes the tool axis "
     "on the shortest way",
     "spatial angles": "the angles of line {line} ({word}) are those of PLANE SPATIAL, not of the rotary axes",
+    "p4": "the signs of the projected angles of line {line} ({word}): both right-handed",
+    "g68_3": "Z is the vertical of line {line} ({word}), which a parameter says",
     "tool change": "{word} stand still while a tool is changed, first before line {line}",
     "unplaced": "a move is judged from where all axes are known; in line {line} first one moves without "
     "that: {word}",

@@ -1,11 +1,12 @@
 """Tilted planes as NC blocks: written as a control accepts them, and read back."""
 
 import re
-from collections.abc import Iterable
 
 import numpy as np
 
 from mathpost.errors import NUMBER, InputError
+from mathpost.shop.controls import plane_forms
+from mathpost.shop.controls.plane_forms import Words
 from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
 
 VECTOR_DECIMALS = 7  # the most that the control reads
@@ -22,6 +23,7 @@ def _mode(order: str) -> int:
 
 
 MODES = {_mode(name[-3:]): name for name in NOTATIONS if re.fullmatch("CYCLE800 [XYZ]{3}", name)}
+WRITTEN_AS = {"p1": "G68.2 P1", "p3": "G68.2 P3", "g268": "G268"}  # notations of forms; of the others G68.2
 MODE_SOLID = 64  # bits 7-6 of _MODE are 01; axis by axis they are 00
 
 
@@ -52,8 +54,13 @@ def to_text(
     kind, _, variant = plane.notation.partition(" ")
     origin = dict(zip("XYZ", plane.origin, strict=True))
     values = dict(zip(plane.words, plane.values, strict=True))
-    if kind == "G68.2":  # every number with its decimal point, or it counts increments
-        return f"G68.2 {_written(origin | values, decimals, point='.')}"
+    if kind in ("G68.2", "G268"):  # every number with its decimal point, or it counts increments
+        if variant != "P3":
+            order = {"P1": "P1 Q123 ", "": ""}[variant] if kind == "G68.2" else "Q123 "
+            return f"{kind} {order}{_written(origin | values, decimals, point='.')}"
+        x, z = (dict(zip("IJK", vector, strict=True)) for vector in (plane.values[:3], plane.values[3:]))
+        first = f"{_written(origin, decimals, point='.')} {_written(x, VECTOR_DECIMALS, point='.')}"
+        return f"G68.2 P3 Q1 {first}\nG68.2 P3 Q2 {_written(z, VECTOR_DECIMALS, point='.')}"
     if kind == "CYCLE800":
         solid = variant == "solid"
         angles = [*plane.values[:2], 0.0] if solid else plane.values
@@ -68,35 +75,61 @@ def to_text(
     return f"{shift}{plane.notation} {words} {positioning}" if kind == "PLANE" else f"{shift}AROT {words}"
 
 
-def from_text(text: str, *, keep: str = "") -> Plane:
+def from_text(text: str, *, keep: str = "", before: Plane | None = None, tool: np.ndarray | None = None) -> Plane:
     """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
 
-    How the axes get there (STAY, MOVE, SEQ, F … of a PLANE block) is passed over. `InputError` names the line where
-    a word is missing, doubled, not a number or not one of the block, or where a second plane begins.
+    Of the forms of G68.2 and its kin (`mathpost.shop.controls.plane_forms`) some take several blocks. G68.4 counts
+    from the plane `before`, G68.3 takes its Z from the `tool` axis, (3,). How the axes get there (STAY, MOVE, SEQ,
+    F … of a PLANE block) is passed over. `InputError` names the line where a word is missing, doubled, not a number
+    or not one of the block, or where a second plane begins.
 
     Examples
     --------
     >>> from_text("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
     array([135.    ,  54.7356, -90.    ])
+    >>> three = "G68.2 P2 Q1 X0 Y0 Z9\\nG68.2 P2 Q2 X0 Y5 Z9\\nG68.2 P2 Q3 X-5 Y0 Z4"
+    >>> from_text(three).frame.z.round(3) + 0.0
+    array([-0.707,  0.   ,  0.707])
     """
-    plane, origin = None, np.zeros(3)
+    return read(text, keep=keep, before=before, tool=tool)[0]
+
+
+def read(
+    text: str, *, keep: str = "", before: Plane | None = None, tool: np.ndarray | None = None
+) -> tuple[Plane, str]:
+    """Read one `Plane` as `from_text`, and its key in `plane_forms.FORMS`; "" for a block without one."""
+    plane, form, origin = before, "", np.zeros(3)
+    group: list[Words] = []
     for number, line in enumerate(text.splitlines(), 1):
         where, block = f"line {number}", re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
-        words = _Words(block, where)
+        words = Words(block, where)
         if not block:
+            continue
+        if group or re.match(rf"(?:{'|'.join(map(re.escape, plane_forms.HEADS))})(?![\d.])", block):
+            group.append(words)
+            if plane_forms.lacking([each.block for each in group]):
+                continue
+            adds = block.startswith(("G68.4", "G68 ", "G68.5"))
+            if plane is not before and not adds:
+                raise InputError(where, "one plane only", repr(block))
+            held = plane.frame if plane and adds else None
+            frame, form = plane_forms.read(group, held, tool, keep)
+            plane, group = Plane.from_frame(frame, WRITTEN_AS.get(form, "G68.2")), []
             continue
         if words.begin("TRANS DATUM AXIS", "TRANS"):
             origin = words.take("XYZ", optional=True)
         elif plane and plane.notation == "CYCLE800 solid" and words.begin("AROT"):
             plane = Plane(plane.notation, np.add(plane.values, [0, 0, *words.take("Z")]), plane.origin)
-        elif plane:
+        elif plane is not before:
             raise InputError(where, "one plane only", repr(block))
         else:
             plane = _read_plane(words, origin, keep)
         words.done()
-    if plane is None:
+    if group:
+        raise InputError(group[-1].where, " and ".join(plane_forms.lacking([each.block for each in group])), "none")
+    if plane is None or plane is before:
         raise InputError("text", "a block with G68.2, PLANE, CYCLE800 or AROT", repr(text))
-    return plane
+    return plane, form
 
 
 def swivel(text: str) -> tuple[bool, int]:
@@ -120,48 +153,12 @@ def swivel(text: str) -> tuple[bool, int]:
     return retract == 0, direction
 
 
-class _Words:
-    """The words of a block: what nobody has taken in the end is refused."""
-
-    def __init__(self, block: str, where: str) -> None:
-        self.block, self.where, self.rest = block, where, block
-
-    def begin(self, *heads: str) -> str:
-        """Take what the block begins with; "" if it is none of `heads`."""
-        head = next((head for head in heads if re.match(rf"{re.escape(head)}(?![A-Z\d.])", self.rest)), "")
-        self.rest = self.rest.removeprefix(head)
-        return head
-
-    def take(self, words: Iterable[str], optional: bool = False) -> np.ndarray:
-        """Take the values of words; a missing one is 0 if `optional`."""
-        values = []
-        for word in words:
-            pattern = rf"(?<![A-Z]){word}\s*=?\s*({NUMBER})(?![\d.])"
-            found = re.findall(pattern, self.rest)
-            if len(found) > 1 or not (found or optional):
-                raise InputError(self.where, f"one word {word} with a number", f"{len(found)} in {self.block!r}")
-            values.append(float(found[0]) if found else 0.0)
-            self.rest = re.sub(pattern, " ", self.rest)
-        return np.array(values)
-
-    def drop(self, words: re.Pattern[str]) -> None:
-        """Take words that say nothing about the plane."""
-        self.rest = words.sub(" ", self.rest)
-
-    def done(self) -> None:
-        if rest := self.rest.split():
-            raise InputError(self.where, "no other words in a block of a plane", repr(" ".join(rest)))
-
-
-def _read_plane(words: _Words, origin: np.ndarray, keep: str) -> Plane:
+def _read_plane(words: Words, origin: np.ndarray, keep: str) -> Plane:
     if words.rest.startswith("CYCLE800"):
         return _read_cycle800(words)
     if words.begin("CYCL DEF 19.1"):
         words.drop(POSITIONING)
         return Plane("PLANE SPATIAL", words.take("ABC", optional=True), origin, keep)
-    if words.begin("G68.2"):
-        origin = words.take("XYZ", optional=True)
-        return Plane("G68.2", words.take(NOTATIONS["G68.2"].words), origin, keep)
     if words.begin("AROT"):
         return Plane("AROT RPY", words.take(NOTATIONS["AROT RPY"].words, optional=True), origin, keep)
     notation = words.begin("PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR")
@@ -172,7 +169,7 @@ def _read_plane(words: _Words, origin: np.ndarray, keep: str) -> Plane:
     return Plane(notation, words.take(NOTATIONS[notation].words), origin, keep)
 
 
-def _read_cycle800(words: _Words) -> Plane:
+def _read_cycle800(words: Words) -> Plane:
     call = re.fullmatch(r"CYCLE800\s*\(([^()]*)\)", words.rest)
     arguments = [argument.strip() for argument in call.group(1).split(",")] if call else []
     if not 10 <= len(arguments) <= 17:

@@ -21,6 +21,7 @@ from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
 from mathpost.shop.controls.lines import Drilling, Line, plain, templates, tidy, tool_name, whole_number
 from mathpost.shop.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
+from mathpost.shop.controls.plane_forms import lacking
 from mathpost.shop.controls.track import Track
 from mathpost.shop.controls.variables import Variables
 
@@ -105,6 +106,7 @@ class Lines(Track):
         self.leave = "initial"  # or "clearance": to where the tool comes out
         self.defined: dict[str, float] = {}  # of a cycle that is called later
         self.plane_angles: dict[str, float] = {}  # degrees, by axis, that a cycle leaves for the program
+        self.unfinished: list[str] = []  # blocks of a tilted plane that needs more of them
         self.everywhere: curves.Heights | None = None  # of the cycle that is done behind every move
         self.pending = ""  # tool
         self.begun = ""  # of a line that goes on in the next
@@ -144,7 +146,7 @@ class Lines(Track):
         )
         if np.isnan(self.at.words).any():
             return False
-        running = not (self.begun or self.ended or self.returned or self.awaited)
+        running = not (self.begun or self.ended or self.returned or self.awaited or self.unfinished)
         return straight and self.scale == 1 and self.at.as_they_are and running
 
     def take_plain(self, values: np.ndarray) -> None:
@@ -365,6 +367,8 @@ class Lines(Track):
         if not np.isnan(line.feed):
             self.feed = line.feed
         ways.point(self, line, arc)
+        if line.axes and self.unfinished:
+            raise self.error(", ".join(lacking(self.unfinished)), "a move")
         if not line.axes and not (arc and (centred or "sweep" in line.values)):
             return
         if line.in_machine:

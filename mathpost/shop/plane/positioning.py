@@ -25,6 +25,7 @@ from mathpost.machine import Machine
 from mathpost.rotation import unit, wrap
 
 TIE = 1e-6  # degrees
+STANDING = 1e-3  # degrees, which printed angles and planes differ by
 ALONE = "the only one within travel"
 PARALLEL = 1e-9  # sine of the angle below which two directions count as parallel
 
@@ -226,6 +227,19 @@ def siemens(alignment: Alignment, present: ArrayLike, direction: int, *, referen
     axis = alignment.tool_side if reference is None else _joint(alignment, reference)
     clause = f"{'higher' if direction > 0 else 'lower'} {alignment.machine.joint_names[3 + axis]}"
     return _choose(alignment, present, {clause: lambda angles, _: -direction * wrap(angles[axis])})
+
+
+def standing(alignment: Alignment, present: ArrayLike) -> Solution:
+    """Choose where no rule is known: the position where the axes stand, or the only one within travel.
+
+    Otherwise `ReachError`: which one a control takes is then not known.
+    """
+    found = _choose(alignment, present, {"where the axes stand": lambda _, motion: np.abs(motion).max()})
+    if found.why != ALONE and np.abs(wrap(found.angles - np.asarray(present))).max() > STANDING:
+        raise ReachError(
+            f"{alignment.machine.name}: two positions are within travel, and which one is taken is not known"
+        )
+    return found
 
 
 def _choose(

@@ -31,6 +31,9 @@ class Notation:
 
 NOTATIONS = {
     "G68.2": Notation(("I", "J", "K"), "ZXZ"),
+    "G68.2 P1": Notation(("I", "J", "K"), "xyz"),
+    "G68.2 P3": Notation(("I1", "J1", "K1", "I2", "J2", "K2")),
+    "G268": Notation(("I", "J", "K"), "xyz"),
     "PLANE EULER": Notation(("EULPR", "EULNU", "EULROT"), "ZXZ"),
     "PLANE SPATIAL": Notation(("SPA", "SPB", "SPC"), "xyz"),
     "PLANE VECTOR": Notation(("BX", "BY", "BZ", "NX", "NY", "NZ")),
@@ -45,9 +48,9 @@ class Plane:
     """A tilted plane as the numbers of one notation.
 
     In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what remains about the new Z.
-    The two vectors of a PLANE VECTOR have any length above zero. If they are not perpendicular, ``keep="N"`` keeps
-    the normal and takes from B what lies in the plane, ``keep="B"`` keeps the base vector; without it they are
-    refused with an `InputError` that says by how much.
+    The two vectors of PLANE VECTOR, and of G68.2 P3, have any length above zero. If they are not perpendicular,
+    ``keep="N"`` keeps the normal and takes from B what lies in the plane, ``keep="B"`` keeps the base vector;
+    without it they are refused with an `InputError` that says by how much.
 
     Examples
     --------
@@ -59,7 +62,7 @@ class Plane:
     """
 
     notation: str  # one of `NOTATIONS`
-    values: np.ndarray  # in the order of the words, degrees, shape (..., 3); of PLANE VECTOR no unit, (..., 6)
+    values: np.ndarray  # in the order of the words, degrees, shape (..., 3); of two vectors no unit, (..., 6)
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # in the workpiece, mm, (..., 3)
     keep: str = ""
 
@@ -70,7 +73,7 @@ class Plane:
             raise InputError("keep", "'B', 'N' or nothing", repr(self.keep))
         object.__setattr__(self, "values", as_array(self.values, len(self.words), self.notation))
         object.__setattr__(self, "origin", as_array(self.origin, 3, "origin"))
-        if self.notation == "PLANE VECTOR":
+        if not NOTATIONS[self.notation].sequence:
             self._vectors()
 
     @classmethod
@@ -128,9 +131,11 @@ class Plane:
         return f"{first} and {third} turn about one line: written with {zero} 0, all in {other} ({about.rule})"
 
     def _vectors(self) -> tuple[np.ndarray, np.ndarray]:
-        base, normal = unit(self.values[..., :3], "PLANE VECTOR, B"), unit(self.values[..., 3:], "PLANE VECTOR, N")
+        first, second = ("B", "N") if self.notation == "PLANE VECTOR" else ("Q1", "Q2")
+        base = unit(self.values[..., :3], f"{self.notation}, {first}")
+        normal = unit(self.values[..., 3:], f"{self.notation}, {second}")
         worst = max(np.ravel((base * normal).sum(axis=-1)), key=abs)
         if not self.keep and abs(worst) > PERPENDICULAR:
             found = f"{np.degrees(np.arccos(worst)):.4f} degrees between them; keep='N' or keep='B' keeps one"
-            raise InputError("PLANE VECTOR", "B perpendicular to N", found)
+            raise InputError(self.notation, f"{first} perpendicular to {second}", found)
         return base, normal
