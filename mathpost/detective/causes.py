@@ -50,6 +50,7 @@ class Setup(Misread):
     zero: tuple[float, ...]  # degrees added to it
     order: tuple[int, ...] = (0, 1, 2)  # where the entries of the answer come from
     signs: tuple[float, ...] = (1.0, 1.0, 1.0)  # factors of these
+    added: tuple[float, ...] = (0.0, 0.0, 0.0)  # mm, in every row
     slips: tuple[Slip, ...] = ()
 
     @classmethod
@@ -111,16 +112,16 @@ class Setup(Misread):
         made = self._product(self.links, joints[:, :3] + self.unturned, joints[:, 3:])
         tip = made[:, :3, :3] @ self.tool + made[:, :3, 3]
         axis = made[:, :3, :3] @ unit(np.array(self.machine.tool_axis))
-        return np.concatenate([tip[:, list(self.order)] * self.signs, axis], axis=1)
+        return np.concatenate([tip[:, list(self.order)] * self.signs + self.added, axis], axis=1)
 
     def linear(self, poses: np.ndarray) -> np.ndarray:
         """Return the words X Y Z, shape (n, 3), of a tip and rotary words, together (n, 3 + k)."""
         nothing = np.zeros((len(poses), 3))
-        plain = replace(self, order=(0, 1, 2), signs=(1.0, 1.0, 1.0))
+        plain = replace(self, order=(0, 1, 2), signs=(1.0, 1.0, 1.0), added=(0.0, 0.0, 0.0))
         start = plain.pose(np.concatenate([nothing, poses[:, 3:]], axis=1))[:, :3]
         turned = self._product(self.links[: self.links.index("linear")], nothing, poses[:, 3:])[:, :3, :3]
         words = np.einsum("nji,nj->ni", turned, poses[:, :3] - start)
-        return words[:, list(self.order)] * self.signs
+        return words[:, list(self.order)] * self.signs + self.added
 
 
 @lru_cache(maxsize=64)
@@ -271,6 +272,7 @@ def _answer() -> Iterator[Cause]:
         moved = ["XYZ"[n] for n in range(3) if order[n] != n]
         if moved:
             phrase = f"{', '.join(moved[:-1])} and {moved[-1]} of the answer are exchanged"
+            phrase += f" in a cycle: {' '.join('XYZ'[n] for n in order)}" * (len(moved) > 2)
             yield Cause(slip("exchanged", phrase, 0.2 * (len(moved) > 2)), _with(order=order))
     for n, name in enumerate("XYZ"):
         signs = tuple(-1.0 if n == other else 1.0 for other in range(3))
@@ -278,6 +280,11 @@ def _answer() -> Iterator[Cause]:
             slip("copied-sign", f"the sign of the answer's {name} is lost", 0.1),
             _with(signs=signs),
         )
+    for reversed_slides in ("XY", "XZ", "YZ", "XYZ"):
+        signs = tuple(-1.0 if name in reversed_slides else 1.0 for name in "XYZ")
+        names = f"{', '.join(reversed_slides[:-1])} and {reversed_slides[-1]}"
+        phrase = f"the slides {names} are counted the other way"
+        yield Cause(slip("copied-sign", phrase, 0.15), _with(signs=signs))
     for factor, phrase in (
         (1 / MM_PER_INCH, "the answer is in inches"),
         (MM_PER_INCH, "the answer's mm are taken for inches"),

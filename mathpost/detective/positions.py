@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mathpost.detective.causes import Setup, causes, misread
+from mathpost.detective.causes import Setup, causes, misread, slip
 from mathpost.detective.digits import half_digit, written_decimals
 from mathpost.detective.explanation import CHANCE, Explanation, Match, Slip, grouped, told
 from mathpost.errors import InputError, as_array
@@ -141,17 +141,33 @@ class _Case:
     def fits(self, setup: Setup) -> bool:
         return np.abs(self.value(setup) - self.target).max() <= self.tolerance
 
+    def with_a_constant(self, setup: Setup) -> Setup | None:
+        """Return the setup with what is added to X, Y or Z in every row, if that gives the answer."""
+        off = (self.target - self.value(setup))[:, :3]
+        if len(off) < 2 or np.ptp(off, axis=0).max() > 2 * self.tolerance:
+            return None
+        middle = (off.min(axis=0) + off.max(axis=0)) / 2
+        added = np.where(np.abs(middle) > 2 * self.tolerance, middle.round(self.decimals), 0.0)
+        named = [f"{value:+.10g} in {name}" for name, value in zip("XYZ", added, strict=True) if value]
+        cause = slip("origin", f"a constant is added: {', '.join(named)}", 0.3 + 0.1 * len(named))
+        made = replace(setup, added=tuple(added.tolist()), slips=(*setup.slips, cause))
+        return made if named and self.fits(made) else None
+
     def explain(self, shape: tuple[int, ...]) -> Explanation:
         right, found = Setup.right(self.machine), causes(self.machine)
-        tried, matches = 1, [right] if self.fits(right) else []
+        tried, matches, setups = 1, [right] if self.fits(right) else [], [right]
         for depth in range(1, self.together + 1):
             if matches:
                 break
+            matches = [also for setup in setups if (also := self.with_a_constant(setup)) is not None]
+            if matches and depth > 1:
+                break
             setups = [misread(right, *several) for several in combinations(found, depth)]
             tried += len(setups)
-            matches = [setup for setup in setups if self.fits(setup)]
+            matches += [setup for setup in setups if self.fits(setup)]
         size = np.abs(self.target[:, :3]).max() + np.linalg.norm(self.given[:, :3], axis=1).max()
-        share = min(1.0, 2 * self.tolerance / max(size, 1e-9)) ** (2 * len(self.given))
+        rows = len(self.given) - any(np.any(setup.added) for setup in matches)  # a row gives the constant
+        share = min(1.0, 2 * self.tolerance / max(size, 1e-9)) ** (2 * rows)
         if matches != [right] and tried * share > CHANCE:
             matches = []
         with_values = [_Match(setup, self.value(setup)) for setup in matches]
@@ -185,10 +201,7 @@ class _Case:
         """Say how far somebody's answer is from the right one."""
         value = self.value(right)
         off = self.target - value
-        said = f"Right is {_written(value[0])}; it is off by {_written(off[0])}"
-        if len(off) > 1 and np.ptp(off[:, :3], axis=0).max() <= 4 * self.tolerance:
-            return f"{said}, the same in every row: a constant offset."
-        return f"{said}."
+        return f"Right is {_written(value[0])}; it is off by {_written(off[0])}."
 
     def travel(self) -> tuple[str, ...]:
         """Return a sentence for each given rotary word that is outside travel."""

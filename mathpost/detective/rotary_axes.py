@@ -320,7 +320,14 @@ def _axis_misreadings() -> Iterator[tuple[list[Slip], list[int], np.ndarray]]:
             lost = ["the tool axis points away from the spindle"]
         slips = [Slip("axis sign", 1, phrase) for phrase in lost]
         if moved:
-            slips.insert(0, Slip("exchange", len(moved) - 1, f"{', '.join(moved)} of the tool axis are exchanged"))
+            slips.insert(
+                0,
+                Slip(
+                    "exchange",
+                    len(moved) - 1,
+                    f"{', '.join(moved)} of the tool axis are exchanged{' in a cycle' * (len(moved) > 2)}",
+                ),
+            )
         yield slips, list(components), np.array(signs)
 
 

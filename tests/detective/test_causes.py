@@ -114,7 +114,7 @@ def test_an_offset_is_named():
     joints = np.array([JOINTS, np.add(JOINTS, (5, 5, 5, -20, 30))])
     tips = np.add([trunnion(*row) for row in joints], (0.5, -12, 30))
     found = explain_tip(BC, joints, tips.round(4), decimals=4)
-    assert not found.explained and "X 0.5 Y -12 Z 30, the same in every row" in found.note
+    assert found.misreadings[0].sentence == "a constant is added: +0.5 in X, -12 in Y, +30 in Z"
 
 
 def test_the_catalogue_cites_its_threads_and_orders_by_them():
@@ -178,3 +178,30 @@ def test_shapes_are_checked():
         explain_tip(BC, JOINTS, [1, 2])
     with pytest.raises(InputError, match="shape"):
         explain_linear(BC, [1, 2, 3], [[1, 2]], [1, 2, 3])
+
+
+def _reversed(words):
+    return words * [-1, -1, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda words: np.add(words, (0, 0, 220)), "a constant is added: +220 in Z"),
+        (lambda words: np.add(words, (5.5, 0, -3)), "a constant is added: +5.5 in X, -3 in Z"),
+        (_reversed, "the slides X and Y are counted the other way"),
+        (
+            lambda words: np.add(_reversed(words), (0, 0, 220)),
+            "the slides X and Y are counted the other way and a constant",
+        ),
+        (lambda words: words[:, [1, 2, 0]], "in a cycle: Y Z X"),
+    ],
+)
+def test_constants_reversed_slides_and_cycles_of_a_table(change, said):
+    """Five rows of a trunnion's words, by `trunnion`'s inverse: turned by hand, no chain of the package."""
+    rng = np.random.default_rng(57)
+    words, angles = rng.uniform(-60, 60, (5, 3)).round(4), rng.uniform(-30, 80, (5, 2)).round(4)
+    tips = np.array([trunnion(*row)[:3] for row in np.c_[words, angles]])
+    found = explain_linear(BC, tips, angles, change(words), decimals=4)
+    assert said in found.misreadings[0].sentence
+    assert not explain_linear(BC, tips[:1], angles[:1], np.add(words[:1], (0, 0, 220.37)), decimals=4).explained

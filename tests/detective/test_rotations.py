@@ -113,3 +113,15 @@ def test_the_shell(arguments, status, text, capsys):
     assert main(["explain", *arguments.split()]) == status
     said = capsys.readouterr()
     assert text in said.out + said.err
+
+
+@pytest.mark.parametrize("order", ["yzx", "zxy"])
+@pytest.mark.parametrize("which", ["turned axes are", "fixed axes are", "turned and fixed, are"])
+def test_axes_exchanged_in_a_cycle_are_named(order, which):
+    first = Rotation.from_euler("ZYX", [20, 35, 50], degrees=True).as_matrix()
+    places = ["xyz".index(axis) for axis in order]
+    second = first[:, places] if which.startswith("turned axes") else first[places]
+    second = second[:, places] if which.startswith("turned and") else second
+    said = str(explain_rotation(first.round(6), second.round(6)))
+    assert which in said and f"x y z of the second are {' '.join(order)} of the first" in said
+    assert "cycle" not in str(explain_rotation(first.round(6), np.round(first @ first, 6)))
