@@ -1,4 +1,4 @@
-"""Lessons as tests: printed numbers by tolerance, and numbers in the prose against the cells that measured them."""
+"""Lessons as tests: printed numbers by tolerance, numbers in the prose by what measured them, texts that overlap."""
 
 import ast
 import re
@@ -51,12 +51,7 @@ class Prose(pytest.Item):
 
     def _measured(self, expression, digits):
         """Whether the kernel knows the expression, and its value in these digits, or why not."""
-        kernel = self.parent.kernel
-        asked = kernel.kc.execute("", silent=True, user_expressions={"value": f"format({expression}, {digits!r})"})
-        answer = {"parent_header": {}}
-        while answer["parent_header"].get("msg_id") != asked:
-            answer = kernel.kc.get_shell_msg(timeout=60)
-        value = answer["content"]["user_expressions"]["value"]
+        value = _asked(self.parent.kernel, f"format({expression}, {digits!r})")
         if value["status"] == "ok":
             return True, ast.literal_eval(value["data"]["text/plain"])
         return False, value["evalue"]
@@ -66,6 +61,21 @@ class Prose(pytest.Item):
 
     def reportinfo(self):
         return self.path, 0, f"{self.parent.name}::{self.name}"
+
+
+def _asked(kernel, expression):
+    """The value of an expression in a kernel, as Jupyter's messages have it."""
+    asked = kernel.kc.execute("", silent=True, user_expressions={"value": expression})
+    answer = {"parent_header": {}}
+    while answer["parent_header"].get("msg_id") != asked:
+        answer = kernel.kc.get_shell_msg(timeout=60)
+    return answer["content"]["user_expressions"]["value"]
+
+
+def _setup(file, setup=IPyNbFile.setup):
+    """Start the kernel; a cell fails if it draws a picture in which texts overlap, and says which."""
+    setup(file)
+    _asked(file.kernel, "__import__('tests.draw.overlap', fromlist=['watch']).watch()")
 
 
 def _collect(file, cells=IPyNbFile.collect):
@@ -83,4 +93,5 @@ def _collect(file, cells=IPyNbFile.collect):
 _sanitize = IPyNbCell.sanitize
 IPyNbCell.sanitize = lambda cell, text: TolerantText(without_views(str(_sanitize(cell, text))))
 IPyNbFile.collect = _collect
+IPyNbFile.setup = _setup
 kernels.fork()

@@ -1,4 +1,4 @@
-"""Numbers in the prose of lessons: a false one fails, and the failure says what it is now."""
+"""A lesson as a test: a false number in its prose fails, and so do texts that overlap in a picture."""
 
 import shutil
 
@@ -33,3 +33,27 @@ def test_true_numbers_pass_and_false_ones_fail_with_what_they_are(pytester):
     result.assert_outcomes(passed=3, failed=len(FALSE))
     for sentence in FALSE.values():
         result.stdout.fnmatch_lines([sentence])
+
+
+def test_texts_that_overlap_fail_with_what_they_say(pytester):
+    """In the plane and in space, although nothing is shown before the guess; beside each other they may stand."""
+    shutil.copy(ROOT / "notebooks/conftest.py", pytester.path)
+    drawn = """
+from mathpost.teaching.course import exercise
+from mathpost.teaching.draw import plot
+with exercise.after(None):
+    figure, axes = plot.figure(three_d={})
+    axes.text(*{}, "spindle")
+    axes.text(*{}, "table")
+    plot.show()
+"""
+    places = [
+        (False, (0.5, 0.5), (0.52, 0.5)),
+        (True, (0.5, 0.5, 1), (0.5, 0.5, 1)),
+        (False, (0.2, 0.5), (0.7, 0.5)),
+    ]
+    cells = [nbformat.v4.new_code_cell(drawn.format(*each)) for each in places]
+    nbformat.write(nbformat.v4.new_notebook(cells=cells), pytester.path / "lesson.ipynb")
+    result = pytester.runpytest_subprocess("--nbval", "--nbval-current-env")
+    result.assert_outcomes(passed=1, failed=2)
+    result.stdout.fnmatch_lines(["*texts overlap: 'spindle' and 'table'*"])

@@ -14,9 +14,11 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mathpost import euler
 from mathpost.rotation import unit
 from mathpost.teaching.draw import plot
+from mathpost.teaching.draw.picture import camera
 
 if TYPE_CHECKING:
     from mathpost.frame import Frame
+    from mathpost.kinematics import Kinematics
 
 MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 AXIS = plot.COLOUR["first branch"]  # of a turn
@@ -97,8 +99,21 @@ def ruined_bore(
             axes.text(0, 1.2 * radius, f"a notch of {retract:g} mm", color=POINT, ha="center", va="center")
         else:
             axes.text(0, 1.2 * radius, "clear of the wall", color=POINT, ha="center", va="center")
-        _arrow(axes, (0, -1.2 * radius), np.array([0, -1.2 * radius]) + 5 * x, MACHINE)
-        _write(axes, np.array([0, -1.2 * radius]) + 6.5 * x, "X", MACHINE)
+        above = np.array([0, 0.12 * radius])
+        _arrow(axes, tip + above, end + above, MACHINE)
+        free = end[0] < tip[0]
+        at = (0.9 if free else 1.0) * radius
+        axes.text(at, 0.22 * radius, "retract", color=MACHINE, ha="right" if free else "left")
+        for height, name, towards in ((-1.13, "spindle", np.array([1.0, 0.0])), (-1.33, "face", x)):
+            start = np.array([-0.5 * radius, height * radius]) - 2 * towards
+            _arrow(axes, start, start + 4 * towards, POINT if name == "spindle" else WORKPIECE)
+            axes.text(
+                -0.15 * radius,
+                start[1],
+                f"X of the {name}",
+                color=POINT if name == "spindle" else WORKPIECE,
+                va="center",
+            )
 
 
 def parts(axes: Axes3D, point: Point, axis: Point, degrees: float) -> None:
@@ -107,27 +122,30 @@ def parts(axes: Axes3D, point: Point, axis: Point, degrees: float) -> None:
     along, side = p @ v * v, np.cross(v, p)
     across, turn = p - along, np.linspace(0, 2 * np.pi, 91)[:, None]
     moved = euler.from_axis_angle(v, degrees, degrees=True) @ p
-    plot.space(axes, 0.8, centre=along)
+    plot.space(axes, 0.8, centre=0.8 * along)
     axes.view_init(elev=32, azim=-50)
     axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
-    nothing = np.zeros(3)
-    for start, end, colour, name in (
-        (nothing, 1.5 * v, AXIS, "v"),
-        (nothing, along, POINT, "part along v"),
-        (along, p, POINT, "part across"),
-        (along, along + side, MACHINE, "v × p"),
-        (along, moved, WORKPIECE, "across, turned"),
-        (nothing, p, MACHINE, "p"),
-        (nothing, moved, WORKPIECE, "p turned"),
-    ):
+    axes.plot(*np.array([0 * v, along]).T, color=POINT, linewidth=7, alpha=0.5)
+    right, up, _ = camera(-50, 32)
+    rows = (  # where a name stands: beside a point, steps to the right and upwards on the page
+        (0 * v, 1.5 * v, AXIS, "v", 1.5 * v, 0.08, 0.04),
+        (along, p, POINT, "part across", (along + p) / 2, -0.1, 0.12),
+        (along, along + side, MACHINE, "v × p", along + side, 0.1, -0.06),
+        (along, moved, WORKPIECE, "across,\nturned", (along + moved) / 2, 0.24, -0.1),
+        (0 * v, p, MACHINE, "p", p, -0.09, 0.0),
+        (0 * v, moved, WORKPIECE, "p turned", moved, 0.2, -0.12),
+    )
+    for start, end, colour, name, at, across_page, up_page in rows:
         _space_arrow(axes, start, end, colour)
-        beyond = end + 0.14 * (end - along) / max(np.linalg.norm(end - along), 0.3)
-        middle = (start + end) / 2
-        beside = {"part along v": -0.3 * side, "part across": 0.1 * v, "across, turned": 0.25 * side}
-        at = middle + beside[name] if name in beside else beyond
-        axes.text(*at, name, color=colour, ha="center", fontsize=9)
+        axes.text(
+            *(at + across_page * right + up_page * up), name, color=colour, ha="center", va="center", fontsize=9
+        )
+    axes.text(*(along / 2 - 0.28 * right - 0.05 * up), "part along v", color=POINT, ha="center", fontsize=9)
     t = np.radians(np.linspace(0, degrees, 31))[:, None]
-    _space_arc(axes, along + 0.45 * (np.cos(t) * across + np.sin(t) * side), AXIS, "t")
+    _space_arc(axes, along, 0.45 * (np.cos(t) * across + np.sin(t) * side), AXIS, "")
+    axes.text(
+        *(along + 0.53 * (np.cos(t[23]) * across + np.sin(t[23]) * side)), "t", color=AXIS, ha="center", va="center"
+    )
 
 
 def two_mirrors(axes: Axes, start: float, between: float) -> None:
@@ -174,26 +192,65 @@ def euler_discs(axes: Axes3D, i: float, j: float, k: float) -> None:
         "K": [(i, j, k * s) for s in part],
     }
     for (letter, angles), colour, column, size in zip(arcs.items(), ARCS, (0, 2, 0), (0.5, 0.7, 0.75), strict=True):
-        _space_arc(axes, size * euler.matrix("ZXZ", angles, degrees=True)[:, :, column], colour, letter)
+        _space_arc(
+            axes, np.zeros(3), size * euler.matrix("ZXZ", angles, degrees=True)[:, :, column], colour, letter
+        )
 
 
 def frames_and_point(axes: Axes3D, frames: Mapping[str, Frame], point: Point, arm: float) -> None:
-    """Draw frames (a dict from a name to a `Frame` in the first one), and a dotted line from each to one point.
+    """Draw frames (a dict from a name to a `Frame` in the first one), and from each a way to one point.
 
-    `arm` is the length of the axes, in the units of the point.
+    The dotted way goes along X, Y and Z of the frame: its three parts are the point's coordinates there. `arm` is
+    the length of the axes, in the units of the point.
     """
     seen = np.array([point, *(each.origin for each in frames.values())])
     centre = (seen.min(axis=0) + seen.max(axis=0)) / 2
-    plot.space(axes, 0.45 * np.ptp(seen, axis=0).max() + 0.6 * arm, centre=centre)
+    plot.space(axes, 0.42 * np.ptp(seen, axis=0).max() + 0.6 * arm, centre=centre)
+    axes.view_init(elev=20, azim=-35)
+    right, up, _ = camera(-35, 20)
     for (name, each), colour in zip(frames.items(), (MACHINE, WORKPIECE, POINT), strict=True):
         for direction, letter in zip(each.rotation.T, "XYZ", strict=True):
             _space_arrow(axes, each.origin, each.origin + arm * direction, colour)
-            at = each.origin + 1.2 * arm * direction
+            at = (
+                each.origin + 1.2 * arm * direction + (0.2 * arm * up if letter == "X" else 0)
+            )  # the way goes on there
             axes.text(*at, letter, color=colour, ha="center", va="center", fontsize=9)
-        axes.text(*(each.origin - 0.45 * arm * each.rotation[:, 2]), name, color=colour, ha="center", weight="bold")
-        axes.plot(*np.array([each.origin, point]).T, color=colour, linestyle=":")
+        at = each.origin + 0.9 * arm * each.rotation[:, 2] - 0.48 * arm * right
+        axes.text(*at, name, color=colour, ha="center", va="center", weight="bold")
+        inside = each.inverse().point(point)
+        corners = [each.point(inside * (np.arange(3) < count)) for count in range(4)]
+        axes.plot(*np.transpose(corners), color=colour, linestyle=":")
     axes.plot(*np.transpose([point]), "o", color="black")
-    axes.text(*(np.asarray(point) + 0.25 * arm), "P", ha="center")
+    axes.text(*(np.asarray(point) + 0.3 * arm * right + 0.2 * arm * up), "P", ha="center", va="center")
+
+
+def chains(axes: Axes, machines: Mapping[str, Kinematics]) -> None:
+    """Draw the chain of each machine as a row of boxes, from the workpiece to the tool: its links, and the bed.
+
+    A box is in the colour of its link: the axis next to the workpiece, the one next to the tool, the slides.
+    """
+    rows = {name: [link.name for link in kin.links()] for name, kin in machines.items()}
+    axes.set(xlim=(-0.7, max(map(len, rows.values())) + 0.55), ylim=(-len(rows) + 0.45, 0.75))
+    axes.set_axis_off()
+    for row, (name, links) in enumerate(rows.items()):
+        kin = machines[name]
+        side = {
+            str(kin.inverse_symbolic.workpiece_side): "workpiece side",
+            str(kin.inverse_symbolic.tool_side): "tool side",
+        }
+        side |= {"workpiece": "workpiece", "tool": "tool"}
+        place = links.index("linear")
+        boxes = [*links[:place], "bed", *links[place:]]
+        axes.text(-0.58, 0.36 - row, f"{kin.machine.arrangement}: {' · '.join(links)}", va="center")
+        for at, link in enumerate(boxes):
+            colour = plot.COLOUR[side.get(link, "machine")]
+            words = {"linear": "X Y Z"}.get(link, link)
+            style = {"boxstyle": "round,pad=0.4", "facecolor": "white", "edgecolor": colour, "linewidth": 2}
+            if link == "bed":
+                style |= {"facecolor": colour, "alpha": 0.35}
+            axes.text(at or -0.16, -row, words, ha="center", va="center", bbox=style)
+            if at:
+                _arrow(axes, (at - 0.66, -row), (at - 0.4, -row), MACHINE)
 
 
 def coins(panels: Iterable[Axes3D], turns: str, title: str) -> None:
@@ -254,11 +311,12 @@ def _space_arrow(axes: Axes3D, start: np.ndarray, end: np.ndarray, colour: str) 
     )
 
 
-def _space_arc(axes: Axes3D, arc: np.ndarray, colour: str, name: str) -> None:
-    """Draw an arc in space with an arrowhead, and its name at its middle."""
-    axes.plot(*arc.T, color=colour, linewidth=2.5)
-    axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=colour, arrow_length_ratio=1.0, linewidth=2.5)
-    axes.text(*(1.16 * arc[len(arc) // 2]), name, color=colour, ha="center", va="center", weight="bold")
+def _space_arc(axes: Axes3D, centre: np.ndarray, arc: np.ndarray, colour: str, name: str) -> None:
+    """Draw an arc about a centre with an arrowhead, and its name outside its middle."""
+    at = centre + arc
+    axes.plot(*at.T, color=colour, linewidth=2.5)
+    axes.quiver(*at[-4], *(at[-1] - at[-4]), color=colour, arrow_length_ratio=1.0, linewidth=2.5)
+    axes.text(*(centre + 1.2 * arc[len(arc) // 2]), name, color=colour, ha="center", va="center", weight="bold")
 
 
 def _point(

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
 
 _DEGREES = 180 / sp.pi
+_APART = np.radians(24)  # as it is seen, between two axes of a small picture
+_CAMERAS = [*scene.CAMERAS, (20, 35)]
 
 
 def gallery(
@@ -113,7 +115,7 @@ def _side_by_side(
         lines = [(line.body, np.array(part)) for line in picture.lines for part in line.parts]
         reach = [put(stand[body], points) for body, points in (*bodies, *lines)]
         picture.extent = np.concatenate([picture.extent, *reach])
-        _, picture = scene.best(kin, picture, [begin], aspect=1.0)
+        _, picture = scene.best(kin, picture, [begin], aspect=1.0, cameras=_CAMERAS, apart=_APART)
         parts: list[Solid | Line | Label] = [*picture.solids, *picture.lines, *picture.labels]
         for part in parts:
             part.body = part.body if part.body == "bed" else f"{number} {part.body}"

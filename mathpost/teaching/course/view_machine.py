@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -31,13 +31,14 @@ IN_THE_PART = "#c0002a"
 BRANCHES = ("first branch", "second branch")
 
 
-def machine(kin: Kinematics) -> Live:
+def machine(kin: Kinematics, *, cameras: Sequence[tuple[float, float]] = scene.CAMERAS) -> Live:
     """A machine with a slider for each joint, mm and degrees; leaving travel is reported, not prevented.
 
-    Buttons, with the tip kept in place: the pole, the limits of the tilting axis, the other solution.
+    Buttons, with the tip kept in place: the pole, the limits of the tilting axis, the other solution. `cameras` are
+    azimuth and elevation, degrees, of which the clearest is taken.
     """
     drawn, made = scene.machine(kin)
-    start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
+    start, drawn = scene.best(kin, drawn, scene.turned(kin, made), cameras=cameras)
     sliders = _joint_sliders(kin, made, start)
     state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
     return Live(state, [codegen.body(kin, jacobian=False)], pose_text(kin, start), [drawn])

@@ -10,7 +10,7 @@ import sympy as sp
 
 from mathpost import chain, euler
 from mathpost.detective.misreadings import COMMON
-from mathpost.rotation import ACTIVE, PASSIVE
+from mathpost.rotation import ACTIVE, PASSIVE, about
 from mathpost.shop.plane import positioning
 from mathpost.shop.plane.positioning import align
 from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
@@ -33,6 +33,7 @@ _UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 _NAMES = ("X", "Y", "Z", "X'", "Y'", "Z'")
 _DRILL = "#e9a56b"
+_FLOOR, _SHADOW = "#e4e7ea", "#9aa3ab"
 HOLE = 10.0  # mm from the origin of the face, down the slope
 STEPS = ("start", "turn I", "turn J", "turn K")
 
@@ -48,9 +49,13 @@ def turned_point(point: Sequence[float]) -> Live:
     axes = np.concatenate([np.eye(3), frame])
     extent = np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])])
     scene = _frames_and_point(point, size, extent)
+    scene.solids.append(_disc("turned", _PART, size))
     coordinates = [sp.Matrix(corner) for corner in ([0, 0, 0], [x, 0, 0], [x, y, 0], [x, y, z])]
     scene.lines.append(Line("turned", [], _TOOL, 2.4, over=True, points=coordinates))
-    scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
+    above = sp.Matrix([0, 0, 0.02 * size])  # the floor, which would hide it
+    shadow = [sp.diag(1, 1, 0) * turned.T * corner + above for corner in coordinates]
+    scene.lines.append(Line("bed", [], _SHADOW, 2.4, points=shadow))
+    scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True)), [frame[2]]))
     sliders = [slider(name, low, 180, start) for name, (low, start) in angles.items()]
     text = [("in the turned frame: x' = {:6}, y' = {:6}, z' = {:6}", *new)]
     text += [("with active elements: {:6}, {:6}, {:6}", *wrong)]
@@ -58,13 +63,23 @@ def turned_point(point: Sequence[float]) -> Live:
 
 
 def _frames_and_point(point: Sequence[float], size: float, extent: np.ndarray) -> Scene:
-    """Return the scene of a point, a fixed frame, and a frame that turns."""
-    scene = Scene(extent=extent)
+    """Return the scene of a point above its place on the disc of a fixed frame, and of a frame that turns."""
+    foot = np.array([*point[:2], 0.0])
+    scene = Scene(
+        [_disc("bed", _FLOOR, size)], extent=np.concatenate([extent, [1.2 * np.array(point), 1.1 * foot]])
+    )
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
     scene.triad("turned", _NAMES[3:], length=size, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    scene.lines.append(Line("bed", [[np.array(point), foot, np.zeros(3)]], _SHADOW, 1.2, dash=True, over=True))
     scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
     return scene
+
+
+def _disc(body: str, colour: str, radius: float) -> Turned:
+    """Return a thin disc in the XY plane of a body."""
+    half = 0.005 * radius
+    return Turned(body, colour, [(0, -half), (radius, -half), (radius, half), (0, half)], np.zeros(3), np.eye(3)[2])
 
 
 def turns(point: Sequence[float], angles: Sequence[float]) -> Live:
@@ -83,10 +98,50 @@ def turns(point: Sequence[float], angles: Sequence[float]) -> Live:
     thick = [0.62 * size, 0.42 * size, 0.1 * size]  # a plate carried by the turning frame
     scene.solids.append(Hull("turned", _PART, block([0.0, 0.0, 0.0], thick)))
     scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-1.2 * v, 1.2 * v]))
-    scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
+    scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True)), [axes[5]]))
     sliders = [slider("turn", 0, 3, 2, step=0.05, unit="")]
     text = "α {:4}°, β {:4}°, γ {:4}°; now it turns {?about Z}{?about the new X}{?about the newest Z}"
     return formula([scene], [s], sliders, {"turned": F}, [(text, *done, first, second, third)], height=420, play=0)
+
+
+def conjugation(alpha: float, beta: float) -> Live:
+    """A turn by `beta` about the new X of a frame that `alpha` has turned about Z, made of three turns: undo the
+    first one, turn about the X of the bed, and redo it. One slider plays; angles in degrees.
+
+    There is a picture for each turn, which stays as its turn has left it: at the end, where the slider starts, the
+    three poses stand side by side. The axis of each turn is dashed. The text says how far the frame is from what
+    `mathpost.rotation.about` makes of it.
+    """
+    s = sp.Symbol("s", real=True)
+    done = [sp.Min(1, sp.Max(0, s - n)) for n in range(3)]
+    first, second = (sp.Rational(round(1e9 * t), 10**9) * sp.pi / 180 for t in (alpha, beta))
+    Rx, Rz = ACTIVE["X"], ACTIVE["Z"]
+    undone = Rz(-first * done[0]) * Rz(first)
+    turned = Rx(second * done[1]) * undone
+    redone = Rz(first * done[2]) * turned
+    begin = euler.matrix("ZXZ", (alpha, 0, 0), degrees=True)
+    end = sp.Matrix(about(begin[:, 0], float(second))) * Rz(first)  # what it is to be, by Rodrigues' formula
+    scenes: list[Scene] = []
+    places: dict[str, sp.Matrix] = {}
+    seen = clearest(dict(zip(_NAMES, [*np.eye(3), *np.array(end, dtype=float).T], strict=True)))
+    rows = (("undo", undone, "Z"), ("turn", turned, "X"), ("redo", redone, "Z"))
+    for number, (title, pose, letter) in enumerate(rows, start=1):
+        v = 1.3 * np.array(_UNIT[letter])
+        scene = Scene([_disc("bed", _FLOOR, 1.0)], extent=1.25 * np.concatenate([np.eye(3), -0.8 * np.eye(3)[:2]]))
+        scene.title = f"{number} · {title}, about {letter}"
+        scene.triad("bed", "XYZ", length=1.0, colour=_MACHINE)
+        scene.triad(title, _NAMES[3:], length=0.75, colour=_WORKPIECE, width=3)
+        scene.solids.append(Hull(title, _PART, block([0.0, 0.0, 0.0], [0.6, 0.4, 0.1])))
+        scene.lines.append(Line("bed", [[-0.3 * v, v]], _AXIS, 2.4, dash=True, over=True))
+        scenes.append(scene.frame(*seen, aspect=1.0))
+        places[title] = pose
+    apart = sp.acos(sp.Min(1, ((redone.T * end).trace() - 1) / 2)) * _DEGREES
+    text: list[TextLine] = [
+        ("undo {:1}°, turn {:1}°, redo {:1}°", -alpha * done[0], beta * done[1], alpha * done[2]),
+        (f"from the frame turned by {beta:g}° about its own X: {{:2}}°", apart),
+    ]
+    sliders = [slider("turn", 0, 3, 3, step=0.05, unit="")]
+    return formula(scenes, [s], sliders, places, text, height=420, layout="column", play=0)
 
 
 def notations(angles: Sequence[float] = (40.0, 50.0, 30.0)) -> Live:

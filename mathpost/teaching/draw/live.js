@@ -201,10 +201,10 @@ class Scene {
             ink.stroke(runs[run]);
         };
         ink.globalAlpha = 0.35;
-        path(false, line.colour, line.width, line.dash ? [2, 4] : [3, 4]);
+        path(false, line.colour, line.width, line.dash ? [2, 6] : [3, 4]);
         ink.globalAlpha = 1;
         if (line.halo) path(true, "#ffffffcc", line.width + 2.5);
-        path(true, line.colour, line.width, line.dash ? [1, line.width + 3] : []);
+        path(true, line.colour, line.width, line.dash ? [3 + line.width, 3 + 2 * line.width] : []);
         ink.setLineDash([]);
         if (line.dot && points.length) {
             const [x, y] = points[points.length - 1];

@@ -166,16 +166,23 @@ def _extent(kin: Kinematics, made: Arrangement) -> np.ndarray:
 
 
 def best(
-    kin: Kinematics, scene: Scene, tries: Iterable[np.ndarray], *, aspect: float = 1.2
+    kin: Kinematics,
+    scene: Scene,
+    tries: Iterable[np.ndarray],
+    *,
+    aspect: float = 1.2,
+    cameras: Sequence[tuple[float, float]] = CAMERAS,
+    apart: float = APART,
 ) -> tuple[np.ndarray, Scene]:
-    """Return joints, one of `tries` (n, 5), and the scene with them, from one of `CAMERAS`.
+    """Return joints, one of `tries` (n, 5), and the scene with them, from one of `cameras`.
 
-    It is the first pair in which nothing is `crossed` or `covered`, or the one with the least of both.
+    It is the first pair in which nothing is `crossed` or `covered`, or the one with the least of both. Axes that
+    are seen closer than `apart`, radians, are crossed.
     """
     found = []
-    for joints, angles in product(tries, CAMERAS):
+    for joints, angles in product(tries, cameras):
         seen = replace(scene.frame(*angles, aspect=aspect), places=placing(kin.machine)(joints))
-        found.append((crossed(kin, seen) or covered(seen), joints, seen))
+        found.append((crossed(kin, seen, apart) or covered(seen), joints, seen))
         if not found[-1][0]:
             break
     return min(found, key=lambda each: len(each[0]))[1:]
@@ -188,13 +195,15 @@ def turned(kin: Kinematics, made: Arrangement, angles: Sequence[Sequence[float]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 
-def crossed(kin: Kinematics, scene: Scene) -> list[str]:
+def crossed(kin: Kinematics, scene: Scene, apart: float = APART) -> list[str]:
     """Return, as sentences, which axes of the machine or the workpiece coincide on the screen."""
     places, view = scene.places, camera(scene.azimuth, scene.elevation)
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
         axes[rotary.name] = places[rotary.name][:3, :3] @ unit(np.array(rotary.axis))
-    return together(axes, view) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), view)
+    return together(axes, view, apart) + together(
+        dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), view
+    )
 
 
 def covered(scene: Scene) -> list[str]:
@@ -210,7 +219,7 @@ def covered(scene: Scene) -> list[str]:
     return said
 
 
-def together(directions: dict[str, np.ndarray], view: np.ndarray) -> list[str]:
+def together(directions: dict[str, np.ndarray], view: np.ndarray, apart: float = APART) -> list[str]:
     """Return, as sentences, which unit vectors, a dict by name, look parallel or like a point to a `camera`."""
     flat = {name: view[:2] @ direction for name, direction in directions.items()}
     said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
@@ -218,12 +227,20 @@ def together(directions: dict[str, np.ndarray], view: np.ndarray) -> list[str]:
         a, b = flat[first], flat[second]
         seen = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
         really = np.arcsin(min(1.0, float(np.linalg.norm(np.cross(directions[first], directions[second])))))
-        if seen < np.sin(min(APART, really / 2)):  # nearly parallel axes cannot look far apart
+        if seen < np.sin(min(apart, really / 2)):  # nearly parallel axes cannot look far apart
             said.append(f"{first} and {second} fall together")
     return said
 
 
-def clearest(directions: dict[str, np.ndarray]) -> tuple[int, int]:
-    """Return the azimuth and elevation from which the fewest of these unit vectors coincide."""
+def clearest(directions: dict[str, np.ndarray], normals: Sequence[np.ndarray] = ()) -> tuple[int, int]:
+    """Return the azimuth and elevation from which the fewest of these unit vectors coincide.
+
+    `normals` are those of plates, none of which should be seen edge-on.
+    """
     azimuths, elevations = [-60, -50, -40, -30, -70, -20, -80, -100, -115, -130], [22, 30, 15, 38]
-    return min(product(azimuths, elevations), key=lambda seen: len(together(directions, camera(*seen))))
+
+    def faults(seen: tuple[int, int]) -> int:
+        view = camera(*seen)
+        return len(together(directions, view)) + sum(abs(view[2] @ normal) < SHORT for normal in normals)
+
+    return min(product(azimuths, elevations), key=faults)
