@@ -1,4 +1,4 @@
-"""Lessons as tests: printed numbers by tolerance, numbers in the prose by what measured them, texts that overlap."""
+"""Lessons as tests: printed numbers by tolerance, numbers in the prose by what measured them, texts in pictures."""
 
 import ast
 import re

@@ -19,17 +19,18 @@ FALSE = {
 }
 
 
-def run_lesson(pytester, *texts):
-    """Run a lesson of one measurement and these texts with the notebooks' own conftest, in another process."""
+def run_lesson(pytester, *cells):
+    """Run a lesson of these cells with the notebooks' own conftest, in another process."""
     shutil.copy(ROOT / "notebooks/conftest.py", pytester.path)
-    cells = [nbformat.v4.new_code_cell(MEASURED), *map(nbformat.v4.new_markdown_cell, texts)]
-    cells.append(nbformat.v4.new_code_cell("lean = 9"))  # prose is measured where it stands
     nbformat.write(nbformat.v4.new_notebook(cells=cells), pytester.path / "lesson.ipynb")
     return pytester.runpytest_subprocess("--nbval", "--nbval-current-env")
 
 
 def test_true_numbers_pass_and_false_ones_fail_with_what_they_are(pytester):
-    result = run_lesson(pytester, PROSE, *(PROSE.replace(*pair) for pair in FALSE), "No mark: 17.")
+    texts = PROSE, *(PROSE.replace(*pair) for pair in FALSE), "No mark: 17."
+    cells = [nbformat.v4.new_code_cell(MEASURED), *map(nbformat.v4.new_markdown_cell, texts)]
+    cells.append(nbformat.v4.new_code_cell("lean = 9"))  # prose is measured where it stands
+    result = run_lesson(pytester, *cells)
     result.assert_outcomes(passed=3, failed=len(FALSE))
     for sentence in FALSE.values():
         result.stdout.fnmatch_lines([sentence])
@@ -37,7 +38,6 @@ def test_true_numbers_pass_and_false_ones_fail_with_what_they_are(pytester):
 
 def test_texts_that_overlap_fail_with_what_they_say(pytester):
     """In the plane and in space, although nothing is shown before the guess; beside each other they may stand."""
-    shutil.copy(ROOT / "notebooks/conftest.py", pytester.path)
     drawn = """
 from mathpost.teaching.course import exercise
 from mathpost.teaching.draw import plot
@@ -52,8 +52,6 @@ with exercise.after(None):
         (True, (0.5, 0.5, 1), (0.5, 0.5, 1)),
         (False, (0.2, 0.5), (0.7, 0.5)),
     ]
-    cells = [nbformat.v4.new_code_cell(drawn.format(*each)) for each in places]
-    nbformat.write(nbformat.v4.new_notebook(cells=cells), pytester.path / "lesson.ipynb")
-    result = pytester.runpytest_subprocess("--nbval", "--nbval-current-env")
+    result = run_lesson(pytester, *(nbformat.v4.new_code_cell(drawn.format(*each)) for each in places))
     result.assert_outcomes(passed=1, failed=2)
     result.stdout.fnmatch_lines(["*texts overlap: 'spindle' and 'table'*"])

@@ -19,8 +19,9 @@ def test_turned_point():
     view = view_rotation.turned_point((3, 4, 5))
     assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in repr(view)
     assert "active elements: -4.490731, 4.949747, 2.309402" in repr(view)
-    (stairs,) = [line for line in view.scenes[0].lines if line.points]
+    stairs, shadow = [line for line in view.scenes[0].lines if line.points]
     assert view.scenes[0].places["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
+    assert shadow.body == "bed" and shadow.parts[0][-1][:2] == pytest.approx([3, 4])
     assert view.state["sliders"][1]["value"] == 54.7356
 
 
@@ -33,6 +34,24 @@ def test_turns_are_about_the_axes_as_they_stand():
     assert turned[:, 2] == pytest.approx(np.full(3, 3**-0.5))
     (axis,) = [line for line in view.scenes[0].lines if line.points]
     assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-8)
+
+
+def test_undo_turn_and_redo_turn_about_the_new_axis():
+    """The three poses at the end, by SciPy: the last is a turn about the X that the first turn made."""
+    view = view_rotation.conjugation(40, 60)
+    first, about_x = (Rotation.from_euler(axis, angle, degrees=True) for axis, angle in (("z", 40), ("x", 60)))
+    about_new_x = Rotation.from_rotvec(np.radians(60) * first.as_matrix()[:, 0])
+    places = view.scenes[0].places
+    for name, expected in (("undo", Rotation.identity()), ("turn", about_x), ("redo", about_new_x * first)):
+        assert places[name][:3, :3] == pytest.approx(expected.as_matrix(), abs=1e-9)
+    assert "undo -40.0°, turn 60.0°, redo 40.0°; from the frame turned by 60° about its own X: 0.00°" in repr(view)
+    assert [scene.title for scene in view.scenes] == ["1 · undo, about Z", "2 · turn, about X", "3 · redo, about Z"]
+
+
+def test_no_plate_is_seen_edge_on():
+    for view in (view_rotation.turns((3, 4, 5), (135, BETA, -90)), view_rotation.turned_point((3, 4, 5))):
+        seen = view.scenes[0]
+        assert abs(camera(seen.azimuth, seen.elevation)[2] @ seen.places["turned"][:3, 2]) > 0.3
 
 
 def test_the_arcs_of_the_angles_begin_and_end_on_what_they_measure():
