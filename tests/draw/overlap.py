@@ -4,6 +4,7 @@ Run in the kernel of a lesson this makes each picture a test, those too that are
 It needs matplotlib alone.
 """
 
+from functools import wraps
 from itertools import combinations
 from unittest.mock import patch
 
@@ -23,6 +24,7 @@ def overlapping(boxes):
     ]
 
 
+@wraps(FigureCanvasAgg.print_png)  # matplotlib asks which options it takes
 def watched(canvas, *args, original=FigureCanvasAgg.print_png, draw=Text.draw, **options):
     """Draw as `FigureCanvasAgg.print_png` does, and refuse a picture in which texts overlap."""
     boxes = []
