@@ -4,7 +4,6 @@ Run in the kernel of a lesson this makes each picture a test, those too that are
 It needs matplotlib alone.
 """
 
-from functools import wraps
 from itertools import combinations
 from unittest.mock import patch
 
@@ -24,9 +23,8 @@ def overlapping(boxes):
     ]
 
 
-@wraps(FigureCanvasAgg.print_png)  # matplotlib asks which options it takes
-def watched(canvas, *args, original=FigureCanvasAgg.print_png, draw=Text.draw, **options):
-    """Draw as `FigureCanvasAgg.print_png` does, and refuse a picture in which texts overlap."""
+def watched(canvas, original=FigureCanvasAgg.draw, draw=Text.draw):
+    """Draw as `FigureCanvasAgg.draw` does, and refuse a picture in which texts overlap."""
     boxes = []
 
     def remember(text, renderer, *args, **options):
@@ -35,11 +33,11 @@ def watched(canvas, *args, original=FigureCanvasAgg.print_png, draw=Text.draw, *
         return draw(text, renderer, *args, **options)
 
     with patch.object(Text, "draw", remember):
-        original(canvas, *args, **options)
+        original(canvas)
     pairs = overlapping(boxes)
     assert not pairs, "texts overlap: " + "; ".join(f"{one!r} and {other!r}" for one, other in pairs)
 
 
 def watch():
     """From here on every picture is watched."""
-    FigureCanvasAgg.print_png = watched
+    FigureCanvasAgg.draw = watched
