@@ -173,9 +173,9 @@ class Lines(Track):
         """A line in capital letters, without its number and comments."""
         return self.numbered.sub("", tidy(self.control.comments.sub(" ", text.removeprefix("/")).strip()))
 
-    def bare(self, text: str, number: int) -> str:
+    def bare(self, text: str) -> str:
         """The same, with numbers for variables and without what gives them one."""
-        return tidy(self.variables.line(self.words_of(text), number))
+        return tidy(self.variables.line(self.words_of(text)))
 
     def take_words(self, text: str) -> None:
         skipped = text.startswith("/")
@@ -184,7 +184,10 @@ class Lines(Track):
             self.take_own(self.words_of(text))
             return
         try:
-            body = self.bare(text, self.line)
+            values = dict(self.variables.values) if skipped else {}
+            body = self.bare(text)
+            if skipped and values != self.variables.values:
+                raise InputError("", "a variable that always has its number", "one behind an oblique stroke")
         except InputError as error:
             raise self.error(error.expected, error.found) from None
         if re.search(rf"\d{{{MOST_DIGITS}}}", body):

@@ -66,7 +66,7 @@ def _unknown(reader: Lines) -> Iterator[tuple[int, str]]:
             continue
         begun = ""
         try:
-            body = reader.bare(text, number)
+            body = reader.bare(text)
         except InputError:
             yield number, reader.words_of(text)[:30]
             continue

@@ -1,7 +1,8 @@
-"""Variables of a program that are constants: each gets a number once, by arithmetic, before it is used.
+"""Variables of a program that runs from line to line: each is the number that the last line before gave it.
 
 `Variables.line` takes a line with its assignments, and returns what is left of it with numbers in the places of the
-variables. A program whose numbers depend on how it runs is refused: a second value, a condition, a function.
+variables. Nothing is run in a circle, so it is known what a feed such as Q50 is for one operation and for the next.
+What depends on more is refused: a condition, a function, a variable without a number, one of the control's own.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ OPERATIONS: dict[type, Callable] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.UAdd: operator.pos, ast.USub: operator.neg,
 }  # fmt: skip
+SYSTEM = r"#\d{4,}"  # of the control: tool lengths, work offsets, alarms
 MARK = {"#": "", "Q": r"(?:FN\s*[0-4]:\s*)?", "R": ""}  # before an assignment
 DECLARED = re.compile(r"DEF\s+(?:REAL|INT|BOOL)\s+")
 # An innermost bracket, no argument of a function, with a sign before it if that is not one of the expression.
@@ -36,14 +38,12 @@ BRACKET = re.compile(r"(?:(?<=[A-Z=\[(])\s*([-+])\s*)?(?<![A-Z]{2})\[([^\[\]]*)\
 
 
 class Variables:
-    """What the variables of a program are, and in which line each got its number."""
+    """What the variables of a program are."""
 
     def __init__(self, kind: str, words: Words) -> None:
         """`kind` is one of `NAMES`, or nothing; `words` are all that the control has."""
         self.kind, self.words = kind, words
-        self.values: dict[str, tuple[float, int]] = {}
-        self.relied: set[str] = set()  # on which a line has relied that may move something
-        self.varied: dict[str, str] = {}  # what the values are of those that have several
+        self.values: dict[str, float] = {}
         self.declared: set[str] = set()
         if kind:
             name = NAMES[kind]
@@ -52,14 +52,14 @@ class Variables:
             before = r"(?<![\w.])" if kind == "R" else ""
             self.used = re.compile(rf"((?<=[A-Z=\[(,])[-+]|){before}({name})(?!\s*=)")
 
-    def line(self, body: str, number: int) -> str:
+    def line(self, body: str) -> str:
         """Return a line without its assignments, and with numbers for variables; `InputError` if that cannot be."""
         if not self.kind:
             return body
         if self.kind == "R" and (match := DECLARED.match(body)):
             body = self.declare(body[match.end() :])
         while (match := self.assignment.match(body)) and self.assigns(match[1], match[0]):
-            self.assign(match[1], match[2], number)
+            self.assign(match[1], match[2])
             body = body[match.end() :].lstrip()
         if self.moves_nothing(body):
             return body
@@ -88,30 +88,21 @@ class Variables:
         return match is None or not self.words.meaning(match)[0].startswith("cycle ")
 
     def moves_nothing(self, body: str) -> bool:
-        """Whether a line is one word that moves no axis: its variables, as the tolerance of CYCLE832, may vary."""
+        """Whether a line is one word that moves no axis: its variables, as in CYCLE832, do not matter."""
         match = self.words.match(body)
         return match is not None and match[0] == body and self.words.meaning(match)[0] == "skip"
 
-    def assign(self, name: str, text: str, number: int) -> None:
-        """Give a variable its number, once."""
-        if re.search(rf"(?<![\w#]){re.escape(name)}(?!\w)", text):
-            raise InputError("", f"one value of {name} in the whole program", f"{name}={text}, which counts itself")
-        value = value_of(self.used.sub(self.number_of, text.replace(" DIV ", "/")))
-        before, where = self.values.get(name, (value, number))
-        if before != value:
-            self.varied[name] = f"{before:g} in line {where} and {value:g} in line {number}"
-            if name in self.relied:
-                raise InputError("", f"one value of {name} in the whole program", self.varied[name])
-        self.values[name] = value, where
+    def assign(self, name: str, text: str) -> None:
+        """Give a variable its number."""
+        if re.fullmatch(SYSTEM, name):
+            raise InputError("", "a variable of the program: the control's own may move its coordinates", name)
+        self.values[name] = value_of(self.used.sub(self.number_of, text.replace(" DIV ", "/")))
 
     def number_of(self, found: re.Match[str]) -> str:
         """The number in the place of a variable; its name as it is, if it has none."""
         if found[2] not in self.values:
             return found[0]
-        if found[2] in self.varied:
-            raise InputError("", f"one value of {found[2]} in the whole program", self.varied[found[2]])
-        self.relied.add(found[2])
-        value = self.values[found[2]][0]
+        value = self.values[found[2]]
         return _text(-value if found[1] == "-" else value)
 
 

@@ -30,13 +30,27 @@ def approaches(machine: Machine, options: Options) -> bool:
 
 
 def approached(path: ToolPath, motion: Motion, clearance: float) -> Motion:
-    """Put the way from the safe position before a motion, and the way back behind it."""
+    """Put the way from the safe position before a motion, and the way back behind it; at last the axes go to 0."""
     to_part, from_part = above(path, motion.joints[[0, -1]], clearance)
     machine, kinds = path.kin.machine, np.array([LIFTED, SAFE, SAFE])
     first, last = motion.place[[0, -1]]
     before = Motion(away(machine, to_part)[::-1], np.full(3, first), kinds[::-1])
     behind = Motion(away(machine, from_part), np.full(3, last), kinds)
-    return Motion.joined([before, motion, behind])
+    zeros = homeward(machine, behind.joints[-1]) if path.last else behind.joints[:0]
+    home = Motion(zeros, np.full(len(zeros), last), np.full(len(zeros), SAFE))
+    return Motion.joined([before, motion, behind, home])
+
+
+def homeward(machine: Machine, joints: np.ndarray) -> np.ndarray:
+    """Return joints, shape (k, 5), in which one rotary axis after the other goes to 0, if that is within travel.
+
+    Or to the whole turn nearest to where it is. Of one axis alone there is one way, on every control.
+    """
+    found = np.array([joints] * len(machine.rotary))
+    for number, joint in enumerate(machine.rotary, 3):
+        angle = joint.nearest_turn(0.0, np.degrees(joints[number]))
+        found[number - 3 :, number] = joints[number] if np.isnan(angle) else np.radians(angle)
+    return found
 
 
 def from_safe(path: ToolPath, motion: Motion, free: np.ndarray, before: Plan) -> tuple[Motion, np.ndarray]:

@@ -51,6 +51,7 @@ class ToolPath:
     kin: Kinematics
     cl: CLData
     first: int  # how many records of the whole path come before
+    last: bool = False  # whether it is the last part of the path
     offset: int | None = None  # number of the work offset that its points count from, if one is stated
     # Shape (3,), mm, from the origin of the first part of the path to that of this one.
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -120,7 +121,9 @@ def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
         origin = machine.origin if offset is None else known.get(offset, machine.origin)
         with_setup = machine.with_setup(origin=origin, tool_length=length)
         shift = np.subtract(origin, paths[0].kin.machine.origin) if paths else np.zeros(3)
-        paths.append(ToolPath(Kinematics(with_setup), part, part.first - cl.first, offset, shift))
+        first = part.first - cl.first
+        last = first + len(part) == len(cl)
+        paths.append(ToolPath(Kinematics(with_setup), part, first, last, offset, shift))
     parts = tuple((path.cl, path.shift) for path in paths)
     return [replace(path, parts=parts) for path in paths]
 
