@@ -89,6 +89,7 @@ def _checked(path: str | PathLike[str], task: Task) -> FileReport:
     judge = Judge(graph, found).run()
     judge.faults[:0] = [judge.typed_number(place, before.tree(place)) for place in found.sorted(lost)]
     others = Beside(judge)
+    judge.faults += others.faults
     problems = [*_problems(judge, others), *contradicted(found, judge.units)]
     seen = [*_recognised(judge), *problems]
     unclear = bool(problems or judge.reading or not found.calculations)

@@ -10,6 +10,7 @@ from typing import Any
 
 from mathpost.errors import one_line
 from mathpost.teaching.workbook.sheet.place import Place
+from mathpost.teaching.workbook.sheet.samples import Values
 
 RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "not judged"
 TOO_LARGE = "not judged: too large"
@@ -29,12 +30,16 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Fault:
-    """A wrong cell: its address, the kind of slip, such as ``"sign"``, and a sentence in terms of the formula."""
+    """A wrong cell: its address, the kind of slip, such as ``"sign"``, and a sentence in terms of the formula.
+
+    `values` has what belongs there, where that is known: place → value at the samples.
+    """
 
     cell: str
     cause: str
     message: str
     place: Place
+    values: Values = field(default_factory=dict, compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.cell}: {self.cause}: {self.message}"

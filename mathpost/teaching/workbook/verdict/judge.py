@@ -51,8 +51,8 @@ class Judge(Sampled):
         self.why = Why(self)
         self.where = Where(self)
 
-    def fault(self, place: Place, cause: str, message: str) -> Fault:
-        return Fault(self.graph.address(place), cause, message, place)
+    def fault(self, place: Place, cause: str, message: str, values: Values | None = None) -> Fault:
+        return Fault(self.graph.address(place), cause, message, place, values or {})
 
     def run(self) -> Self:
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""

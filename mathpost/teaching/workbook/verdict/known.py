@@ -18,7 +18,7 @@ from mathpost.teaching.workbook.meaning.words import Words, made_of_words
 from mathpost.teaching.workbook.sheet.edits import INVERSE
 from mathpost.teaching.workbook.sheet.place import Line, offset
 from mathpost.teaching.workbook.sheet.samples import CLOSE, same
-from mathpost.teaching.workbook.sheet.tree import areas, heads, unrounded
+from mathpost.teaching.workbook.sheet.tree import heads, unrounded
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.formula import Tree
@@ -171,15 +171,6 @@ class Known:
             seen = np.arctan2(y, x), np.arccos(np.clip(z, -1, 1)), np.arcsin(np.clip(z, -1, 1))
             angles += [np.array([angle, angle]) for angle in seen]
         return _at_samples(numbers), np.array(angles).reshape(-1, 2, SAMPLES)
-
-    def takes_nothing(self, place: Place) -> bool:
-        """Whether a formula refers to an empty cell or range, or to a matrix with a row or a column of such."""
-        there, tree = self.graph.component.keys(), self.graph.tree(place)
-        ranges = [area.places for area in areas(tree)] if tree[0] != "IF" else []
-        if tree[0] in ("MMULT", "TRANSPOSE"):
-            lines = {(n, p[n]) for line in ranges for p in line for n in (1, 2)}
-            ranges += [[p for p in line if p[n] == k] for line in ranges for n, k in lines]
-        return any(line and there.isdisjoint(line) for line in ranges)
 
     def is_angle(self, radians: np.ndarray) -> bool:
         """Whether a value is an angle between two vectors, or computed back."""

@@ -1,0 +1,197 @@
+"""The pattern of its neighbours: a formula that breaks it is wrong, and a number where it would go on."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mathpost.teaching.workbook.sheet.edits import repaired, said
+from mathpost.teaching.workbook.sheet.evaluate import STATISTICS
+from mathpost.teaching.workbook.sheet.formula import Area, Tree
+from mathpost.teaching.workbook.sheet.neighbours import along, between, filled
+from mathpost.teaching.workbook.sheet.place import beside, offset
+from mathpost.teaching.workbook.sheet.samples import CLOSE, SAMPLES, Values, same
+from mathpost.teaching.workbook.sheet.tree import areas, form_of, parts_of, text_of, with_areas
+
+if TYPE_CHECKING:
+    from mathpost.teaching.workbook.report import Fault
+    from mathpost.teaching.workbook.sheet.place import Place
+    from mathpost.teaching.workbook.verdict.judge import Judge
+    from mathpost.teaching.workbook.verdict.known import Known
+
+OF_A_PART = (
+    r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|\b(?:mid|mitte)\b|前|后|组|\d *[-–] *\d"
+)
+
+
+class Pattern:
+    """What the cells around each cell say, by a `Judge` and what is `Known`."""
+
+    def __init__(self, judge: Judge, known: Known) -> None:
+        self.judge, self.graph, self.known = judge, judge.graph, known
+        self.still = {p for window in judge.found.windows for p in window} | judge.inputs.keys()
+
+    @cached_property
+    def shaken(self) -> Values:
+        """The values of all cells where the numbers that are no inputs are drawn at random as well."""
+        graph, found = self.graph, self.judge.found
+        moved = [p for p in found.typed - self.still if p in graph.used and graph.own[p] is not None]
+        drawn = np.random.default_rng(4).uniform(0.3, 3, (len(moved), SAMPLES))
+        given = self.judge.inputs | self.judge.fixed
+        return graph.run(given | dict(zip(found.sorted(moved), drawn, strict=True)))
+
+    def faults(self, rest: set[Place], but: Collection[Place] = ()) -> Iterator[Fault]:
+        """Yield the faults of formulas, `but` of some, and of numbers; no result needs those of `rest`.
+
+        Each holds what belongs there: who takes the next one has put that in.
+        """
+        graph = self.graph
+        for place in sorted(graph.trees.keys() - graph.part.keys() - {*but}, key=graph.calculation_order):
+            for other in self._others(place, place in rest):
+                made = self.judge.calculate(place, other)
+                if self._differs(place, other, made, place in rest):
+                    yield self._fault(place, other, made)
+                    break
+            whole = self._longer(place) if place in rest else None
+            if whole and self.known.is_known(place, whole) and not self.known.is_known(place):
+                yield self._fault(place, whole, self.judge.calculate(place, whole))
+        for place in self.judge.found.sorted(self._typed):
+            goes_on = between(graph, place, 4) if place not in self.still else None
+            if (
+                goes_on
+                and np.isfinite(made := self.judge.calculate(place, goes_on)).all()
+                and not self._is_few(place)
+            ):
+                yield replace(self.judge.typed_number(place), values={place: made})
+
+    def doubts(self, rest: set[Place]) -> Iterator[Place]:
+        """Yield cells that may be meant: round numbers in a line, sums of a part, the same sum twice."""
+        graph = self.graph
+        for place in self._typed:
+            other = between(graph, place, 4) if place not in self.still else None
+            if other or (place not in graph.used and self._would_go_on(place)):
+                yield place
+        for place in rest & graph.trees.keys():
+            if self._longer(place) or self._repeats(place):
+                yield place
+
+    @property
+    def _typed(self) -> set[Place]:
+        return self.judge.found.typed - self.graph.trees.keys()
+
+    def _is_few(self, place: Place) -> bool:
+        number = self.graph.number(place)
+        return float(f"{number:.2g}") == number
+
+    def _others(self, place: Place, is_rest: bool) -> Iterator[Tree]:
+        """Yield the formulas with which those around a cell go on, where its own is another one."""
+        graph, tree = self.graph, self.graph.trees[place]
+        sure, near = between(graph, place, 4), between(graph, place, 3)
+        line = (p for p in graph.component.get(place, ()) if p != place and (p[1] == place[1] or p[2] == place[2]))
+        if sure and (tree[0] in STATISTICS or any(filled(graph, p, place) == tree for p in line)):
+            sure = None  # a row of means, or a sum that starts again
+        for other in (sure, near, *along(graph, place)) if is_rest else (sure,):
+            if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
+                continue  # such as a matrix less that of zeros and ones
+            if other != near and self._closes(place, other):
+                continue
+            alike = form_of(other) == graph.form(place)
+            if other == sure or (alike and self.known.is_known(place, other)):
+                yield other
+
+    def _differs(self, place: Place, other: Tree, made: np.ndarray, is_rest: bool) -> bool:
+        """Whether the other formula gives another value, at other constants too; a step to a result has its own."""
+        graph, judge = self.graph, self.judge
+        differs = not same(judge.now(place), made)
+        telling = np.ptp(made[1:]) > CLOSE or any(same(judge.now(p), made) for p in beside(place))
+        if not telling or not graph.component.keys() >= {*graph.used_by(other)} or (differs and not is_rest):
+            return False
+        return differs or not same(self.shaken[place], graph.cell(place, self.shaken, other))
+
+    def _closes(self, place: Place, other: Tree) -> bool:
+        """Whether a formula leads from the end of one back to the first, as the last side of a triangle does."""
+        graph, own = self.graph, set(areas(self.graph.trees[place]))
+        mates = [p for p in graph.component.get(place, ()) if p != place and graph.form(p) == graph.form(place)]
+        alike, back = [set(areas(graph.trees[p])) for p in mates], own.difference(areas(other))
+        on = own - back
+        return bool(on and back and own not in alike and any(on <= each for each in alike)) and any(
+            back <= each and not on <= each for each in alike
+        )
+
+    def _fault(self, place: Place, other: Tree, made: np.ndarray) -> Fault:
+        """The fault of a cell that should hold another formula, said by the references or the part that differ."""
+        graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
+        found = repaired(graph, {place: made}, judge.values)
+        cause, sentence, repair = found or ("wrong value", said(place, tree, other), other)
+        pairs = [each for each in zip(areas(tree), areas(other), strict=False) if each[0] != each[1]]
+        alike = len(areas(tree)) == len(areas(other))
+        if alike and len(pairs) == 1 and text_of(with_areas(tree, areas(other))) == text_of(other):
+            cause, sentence = "wrong reference", said(place, *(("area", area) for area in pairs[0]))
+        elif text_of(repair) != text_of(other):
+            cause, sentence = "wrong value", said(place, tree, other)
+        return judge.fault(place, cause, f"{graph.short(place)}: {sentence}", {place: made})
+
+    def _would_go_on(self, place: Place) -> bool:
+        """Whether a number is where the formulas of a line would continue, such as those of means."""
+        likely = [between(self.graph, place, 3), *along(self.graph, place)]
+        trees = [tree for tree in likely if tree and tree[0] != "area"]
+        return any(self.graph.component.keys() >= set(self.graph.used_by(tree)) for tree in trees)
+
+    # Sums, means and extremes.
+
+    def _longer(self, place: Place) -> Tree | None:
+        """A sum, mean or extreme of a whole line, where it is of some cells only and no text in its row says so."""
+        tree = self.graph.trees[place]
+        of_a_part = any(re.search(OF_A_PART, text, re.I) for text in self._texts_in_row[place[:2]])
+        of = [p for p in parts_of(tree) if p[0] in STATISTICS - {"SUMSQ"}] if not of_a_part else []
+        lines = {part[1] for each in of for part in parts_of(each) if part[0] == "area"}
+        longer = [self._whole(each, place) if each in lines else each for each in areas(tree)]
+        return with_areas(tree, longer) if longer != areas(tree) else None
+
+    def _whole(self, area: Area, place: Place) -> Area:
+        """A range with what goes on at its ends: formulas of one form, or the same coordinate of further points."""
+        graph, places, roles = self.graph, area.places, self._coordinates
+        forms, own = {*map(graph.form, places)}, {roles.get(p) for p in places}
+        none = None in forms and (len(own) > 1 or None in own)
+        if not min(area.shape) == 1 < max(area.shape) or graph.is_array(places) or len(forms) > 1 or none:
+            return area
+
+        def end(last: Place, down: int, right: int) -> Place:
+            near = offset(last, down, right)
+            alike = graph.form(near) in forms and (None not in forms or roles.get(near) in own)
+            return end(near, down, right) if alike and near != place and near in graph.component else last
+
+        step = (0, 1) if area.shape[0] == 1 else (1, 0)
+        first, last = end(places[0], -step[0], -step[1]), end(places[-1], *step)
+        return Area(first[0], *first[1:], *last[1:], area.fixed)
+
+    def _repeats(self, place: Place) -> bool:
+        """Whether a statistic is the same as the one beside it, where others step on."""
+        graph, tree = self.graph, self.graph.trees[place]
+        moving = any(not any(area.fixed) for area in areas(tree))
+        return tree[0] in STATISTICS and moving and any(graph.trees.get(p) == tree for p in beside(place))
+
+    @cached_property
+    def _texts_in_row(self) -> defaultdict[tuple[str, int], list[str]]:
+        found: defaultdict[tuple[str, int], list[str]] = defaultdict(list)
+        for place, cell in self.graph.cells.items():
+            if isinstance(cell.value, str) and not cell.formula:
+                found[place[:2]].append(cell.value)
+        return found
+
+    @cached_property
+    def _coordinates(self) -> dict[Place, int]:
+        """Place of a given number → which coordinate it is, of a point."""
+        return {p: n for c in self.judge.live for n, p in enumerate(c.point)}
+
+
+def _without_numbers(tree: Tree) -> Tree:
+    return tuple(
+        _without_numbers(part) if isinstance(part, tuple) else part for part in tree if tree[0] != "number"
+    )
