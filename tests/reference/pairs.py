@@ -463,3 +463,4 @@ def agreeing_ways(subject, own=False):
 
 HERE = Path(__file__).parent
 SUBJECTS = subjects(HERE / "subjects.txt")
+LATER = subjects(HERE / "subjects_later.txt")  # written after the check

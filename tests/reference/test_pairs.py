@@ -4,11 +4,11 @@ import pytest
 
 from mathpost.teaching.workbook import Reference
 from tests.conftest import runs_all
-from tests.reference.pairs import SUBJECTS, agreeing_ways, pair
+from tests.reference.pairs import LATER, SUBJECTS, agreeing_ways, pair
 
 FEW = [(name, 0) for name in SUBJECTS] + [
     ("bolts", 2), ("inverse", 6), ("inverse", 9), ("offset", 4), ("regression", 4), ("tilt", 4), ("units", 3),
-    ("units", 9), ("frame", 1),
+    ("units", 9), ("frame", 1), ("plane3", 0), ("chain", 1), ("gear", 3),
 ]  # fmt: skip
 SEEDS = 10  # of each subject, by the profile "many"
 
@@ -16,6 +16,7 @@ SEEDS = 10  # of each subject, by the profile "many"
 def pytest_generate_tests(metafunc):
     if "seed" in metafunc.fixturenames:
         every = [(name, seed) for name in SUBJECTS for seed in range(SEEDS)]
+        every += [(name, seed) for name, seed in FEW if name in LATER]
         metafunc.parametrize("name, seed", every if runs_all(metafunc.config) else FEW)
 
 
@@ -26,7 +27,7 @@ def test_the_ways_of_a_subject_give_the_same_results(name, own):
 
 
 def test_a_pair_is_judged_as_it_was_made(name, seed, tmp_path):
-    made = pair(SUBJECTS[name], seed)
+    made = pair({**SUBJECTS, **LATER}[name], seed)
     made.reference.book.save(tmp_path / "right.xlsx")
     made.handed_in.book.save(tmp_path / "theirs.xlsx")
     report = Reference(tmp_path / "right.xlsx").check(tmp_path / "theirs.xlsx")

@@ -378,7 +378,7 @@ def test_a_mean_leaves_out_empty_rows_and_texts(tmp_path):
 def test_turned_back_by_a_matrix_that_is_not_transposed(tmp_path):
     back = {f"O{6 + n}": f"=I{6 + n}*M6+J{6 + n}*M7+K{6 + n}*M8" for n in range(3)}
     report = _check(tmp_path, _sheet() | back)
-    assert {(f.cell, f.cause) for f in report.faults} == {(f"Sheet!O{n}", "transposed") for n in (6, 7, 8)}, report
+    assert report.verdict == "not judged" and report.not_checked == ["Sheet!O6:O8"], report
 
 
 def test_angles_here_and_there_are_in_the_order_in_which_they_turn(tmp_path):
@@ -529,8 +529,7 @@ def test_copies_of_a_result_in_another_order(tmp_path):
     summary = {"O6": "=M6", "O7": "=M7", "O8": "=M8"}
     assert _check(tmp_path, _sheet() | summary).verdict == "right"
     report = _check(tmp_path, _sheet() | summary | {"O6": "=M7", "O7": "=M6"})
-    said = [(fault.cell, fault.message) for fault in report.faults]
-    assert said == [("Sheet!O6", "O6: M7 should be M6"), ("Sheet!O7", "O7: M6 should be M7")], report
+    assert report.verdict == "not judged" and report.not_checked == ["Sheet!O6:O8"], report
     labelled = {"N6": "y'", "N7": "x'", "N8": "z'", "O6": "=M7", "O7": "=M6", "O8": "=M8"}
     assert _check(tmp_path, _sheet() | labelled).verdict == "right"
 
@@ -540,7 +539,7 @@ def test_an_angle_computed_back_in_the_wrong_half_turn(tmp_path, inverse):
     back = {"B20": "=DEGREES(ATAN2(-J8,I8))", "B21": "=DEGREES(ATAN2(K8,SQRT(I8^2+J8^2)))"}
     assert _check(tmp_path, _sheet() | back).verdict == "right"
     report = _check(tmp_path, _sheet() | back | {"B20": inverse})
-    assert [fault.cell for fault in report.faults] == ["Sheet!B20"], report
+    assert [*(fault.cell for fault in report.faults), *report.not_checked] == ["Sheet!B20"], report
 
 
 @pytest.mark.parametrize("factor", ["=180/PI()", 57.29577951308232])

@@ -3,6 +3,6 @@
 Nothing is recognised. `homework` is what a teacher asks: the reference, its inputs and its results. `quantities`
 has the labels and the values of a workbook at samples of its inputs (`functions` those of its functions that
 rotations do not need). `inputs` finds the inputs of the reference in a hand-in, `results` its results; `where` is
-the one cell whose change makes right what is missing; the quantities of the reference are what may occur on the way
-there. `check` goes this way for one file, and reports.
+the one cell whose change, one of `changes`, makes right what is missing; the quantities of the reference are what
+may occur on the way there. `hand_in` goes this way for one file, and reports; `check` is what is called.
 """

@@ -1,9 +1,9 @@
-"""One hand-in compared with a reference, from its bytes to its report."""
+"""A right workbook, and a hand-in compared with it, from its bytes to its report."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -12,30 +12,20 @@ import numpy as np
 
 from mathpost.errors import InputError, internal
 from mathpost.teaching.bounds import TooLarge, bounded
+from mathpost.teaching.workbook.reference.hand_in import HandIn
 from mathpost.teaching.workbook.reference.homework import Homework, homework_text
-from mathpost.teaching.workbook.reference.inputs import Matched, different, match
-from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet, agree
+from mathpost.teaching.workbook.reference.inputs import Matched
+from mathpost.teaching.workbook.reference.quantities import Sheet, agree
 from mathpost.teaching.workbook.reference.results import Comparison
-from mathpost.teaching.workbook.reference.where import Change, edited, first_wrong, repair
 from mathpost.teaching.workbook.report import (
-    CONSEQUENCE,
-    RIGHT,
     TOO_LARGE,
     UNCLEAR,
     WRONG,
-    Fault,
     FileReport,
-    Judgement,
 )
-from mathpost.teaching.workbook.sheet.file import EMPTY, read
+from mathpost.teaching.workbook.sheet.file import read
 from mathpost.teaching.workbook.sheet.place import Place
 from mathpost.teaching.workbook.sheet.samples import at_samples
-from mathpost.teaching.workbook.sheet.tree import text_of
-
-MOST_FAULTS = 6
-TELLING = 3  # digits of a number that is not the same as a different one by luck
-SEVERAL = 3  # inputs that are as given, of which one that is not may be a mistake
-BY_NUMBER = "compared as a number, and no more than that: it depends on no input that was found"
 
 
 class Reference:
@@ -130,7 +120,7 @@ class Reference:
         path = Path(path)
         try:
             with bounded(), np.errstate(all="ignore"):
-                report = _Check(self, path).report()
+                report = HandIn(self, path).report()
         except TooLarge as error:
             return FileReport(path, seen=[f"{TOO_LARGE} ({error})"])
         except InputError:
@@ -150,248 +140,3 @@ class Reference:
             return
         if own.verdict != UNCLEAR:
             yield f"without the reference: {own.verdict}{f', {own.faults[0].cell}' if own.faults else ''}"
-
-
-class _Check:
-    """The comparison of one hand-in, its faults, and what is said of it."""
-
-    def __init__(self, reference: Reference, path: Path) -> None:
-        self.reference, self.ours = reference, reference.sheet
-        self.sheet = sheet = Sheet(read(path))
-        self.first_trees = dict(sheet.trees)
-        told = {
-            self.ours.named("cells", here).places[0]: sheet.named(f"cells, {here}", there).places[0]
-            for here, there in reference.homework.cells.items()
-        }
-        steps_too = reference.homework.results is None
-        self.matched = match(self.ours, reference.inputs, sheet, told)
-        self.comparison = Comparison(self.ours, reference.results, sheet, self.matched, told, steps_too)
-        self.faults: list[Fault] = []
-        self.wrong: list[Place] = []
-        self.after: set[Place] = set()
-        self.open: list[str] = []
-
-    def report(self) -> FileReport:
-        """Judge, and say what was found."""
-        comparison = self.comparison
-        comparison.place_results()
-        while comparison.candidates and len(self.faults) < MOST_FAULTS and self._find_fault():
-            comparison.place_results()
-        if comparison.steps_too and not self.faults:
-            self._ends_that_are_nothing()
-        self._numbers()
-        missing = list(comparison.candidates)
-        self.open += self._open_questions(missing)
-        nothing = not comparison.found and not self.faults
-        verdict = WRONG if self.faults else UNCLEAR if missing or self.open or nothing else RIGHT
-        cells = [*self._judgements()]
-        unjudged = self.sheet.ranges(cell.place for cell in cells if cell.status == UNCLEAR)
-        seen = [*self.open, *self._seen()]
-        report = FileReport(
-            self.sheet.book.path, verdict, self.faults, cells, [*unjudged], seen, [*self._warnings()]
-        )
-        report.beside = False
-        report.explain = self._explain
-        return report
-
-    # Faults.
-
-    def _find_fault(self) -> bool:
-        """Find the first wrong cell of what is missing, and repair it."""
-        comparison, order = self.comparison, self.sheet.calculation_order
-        ready = [
-            (result, cells) for result, cells in comparison.candidates.items() if cells and self._judged(result)
-        ]
-        ready.sort(key=lambda each: (each[0] not in comparison.sure, order(each[1][0])))
-        for result, cells in ready:
-            for cell in cells[: 1 if result in comparison.sure else None]:
-                if change := first_wrong(comparison, result, cell):
-                    self._add(change)
-                    return True
-            if result in comparison.sure:
-                self._add(self._unexplained(result, cells[0]))
-                return True
-        return False
-
-    def _judged(self, result: Place) -> bool:
-        """Whether all inputs of a result were found, and nothing on the way to it is unknown here."""
-        before = self.ours.upstream([result])
-        cells = self.comparison.candidates.get(result, [])
-        unknown = self.sheet.unknown & self.sheet.upstream(cells[:1])
-        return before.isdisjoint(self.matched.open) and not unknown
-
-    def _unexplained(self, result: Place, cell: Place) -> Change:
-        """A cell that should be a result, is not, and no single change makes it so."""
-        ours, name, sheet = self.ours, self.ours.label(result), self.sheet
-        while sheet.tree(cell)[0] == "area" and (before := sheet.uses[cell])[0] in sheet.trees and len(before) == 1:
-            cell = before[0]  # of which it is but a copy
-        text = (
-            f"{self.sheet.short(cell)} is not {ours.address(result)} of the reference{f' ({name})' if name else ''}"
-        )
-        more = "no single change of one cell makes it so"
-        values = {cell: at_samples(self.comparison.ours[result])}
-        typed = [p for p in self.sheet.upstream([cell]) & self.sheet.numbers_typed.keys() - self.matched.back.keys()
-                 if np.full(1, self.sheet.numbers_typed[p]) not in self.comparison.known]  # fmt: skip
-        typed = [p for p in typed if p != cell and len(f"{self.sheet.numbers_typed[p]:.10g}") > TELLING]
-        if len(typed) == 1:
-            said = f"{self.sheet.short(typed[0])} is a number, {self.sheet.numbers_typed[typed[0]]:g}, typed"
-            return Change(
-                typed[0],
-                "typed over formula",
-                f"{said} where a formula belongs: {text}",
-                None,
-                {**values, typed[0]: np.full(1, np.nan)},
-            )
-        return Change(cell, "wrong value", f"{text}, and {more}", None, values)
-
-    def _add(self, change: Change) -> None:
-        sheet, place = self.sheet, change.place
-        array = len(sheet.array(place)) > 1
-        after = sheet.downstream([place])
-        alike = repair(self.comparison, change)[1:]
-        self.after |= after | sheet.downstream(alike)
-        self.wrong += [place, *alike]
-        text = change.message
-        if array:
-            text = f"{sheet.short(place)}, of the array {sheet.range(sorted(sheet.array(place)))}: {text}"
-        if alike:
-            text += f"; the same in {', '.join(sheet.ranges(alike))}"
-        self.faults.append(Fault(sheet.address(place), change.cause, text, place))
-
-    def _ends_that_are_nothing(self) -> None:
-        """Judge what the hand-in ends in beside the results: one change away from a step that is nowhere else."""
-        comparison, sheet = self.comparison, self.sheet
-        for end in comparison.ends:  # a copy of a result that was typed
-            source = self.sheet.uses[end][0] if sheet.tree(end)[0] == "area" else end
-            number = sheet.numbers_typed.get(source) if source not in self.matched.back else None
-            near = [r for r in comparison.found if number is not None and self._is_typed(number, r)]
-            if near:
-                text = f"{sheet.short(source)} is a number, {number:g}, typed where a formula belongs"
-                self._add(Change(source, "typed over formula", text, None, {source: comparison.ours[near[0]]}))
-                return
-        gone = [p for p in self.ours.order if p not in self.ours.messages and p not in comparison.asked]
-        gone = [p for p in gone if comparison.varies(p) and not comparison.index.find(comparison.ours[p])]
-        steps = Dictionary((p, comparison.ours[p]) for p in gone)
-        ends = [p for p in comparison.ends if p not in sheet.part and comparison.theirs[p] not in comparison.known]
-        for end in ends[:MOST_FAULTS] if gone else ():
-            for change in edited(comparison, [end], at_samples(comparison.theirs[end]), {}):
-                if steps.find(change.values[end]):
-                    self._add(change)
-                    return
-
-    def _is_typed(self, number: float, result: Place) -> bool:
-        """Whether a number is what a result is at the hand-in's own inputs, with fewer digits."""
-        value = at_samples(self.comparison.ours[result])[0]
-        return self.comparison.varies(result) and abs(number - value) <= 1e-3 * abs(value) > 0
-
-    def _numbers(self) -> None:
-        """Judge inputs that hold a different number than the reference has."""
-        wanted, others = self.reference.homework.numbers, different(self.matched, self.ours, self.sheet)
-        for place, cell in others:
-            own, other = self.ours.numbers_typed[place], self.sheet.numbers_typed[cell]
-            there = f"{self.ours.address(place)} of the reference"
-            text = f"{self.sheet.short(cell)} is {other:g}, where {there} is {own:g}"
-            if wanted == "given":
-                self.faults.append(Fault(self.sheet.address(cell), "wrong value", text, cell))
-                self.wrong.append(cell)
-                self.after |= self.sheet.downstream([cell])
-            elif wanted == "any" and len(others) == 1 and len(self.matched.cells) > SEVERAL:
-                self.open.append(
-                    f"{text}: a mistake, or a number of the student's own? numbers = in the task file says"
-                )
-
-    # What is said.
-
-    def _open_questions(self, missing: Sequence[Place]) -> Iterator[str]:
-        ours, sheet = self.ours, self.sheet
-        asked: list[Place] = []
-        for places in (missing if not self.faults else ()), self.matched.open:
-            if places:
-                what = "results" if places is not self.matched.open else "inputs"
-                if what == "inputs" and not missing:
-                    continue
-                names = [
-                    f"{text} {ours.label(ours.named('', text).places[0])}".strip() for text in ours.ranges(places)
-                ]
-                listed = "; ".join([*names[:6], *["…"] * (len(names) > 6)])
-                yield f"{what} of the reference that were not found: {listed}"
-                asked += places
-        if asked and not self.faults:
-            text = ",".join(f"{ours.address(place)}=CELL" for place in asked[:3])
-            yield f"say where they are: --cells {text!r}"
-        for place in sorted(sheet.unknown, key=sheet.reading_order)[:3]:
-            if missing:
-                why = sheet.unread.get(place, "a function that is not known here")
-                yield f"{sheet.address(place)} is not evaluated: {why}"
-
-    def _seen(self) -> Iterator[str]:
-        found, sheet = self.comparison.found, self.sheet
-        yield (
-            f"{len(found)} of {len(self.comparison.asked)} results and {len(self.matched.cells)} of "
-            f"{len(self.reference.inputs)} inputs of {self.reference.path.name} found"
-        )
-        names: dict[str, list[Place]] = {}
-        for result, cell in found.items():
-            names.setdefault(self.ours.label(result), []).append(cell)
-        for name, cells in names.items():
-            yield f"{', '.join(sheet.ranges(cells))}: {name or 'a result of the reference'}"
-
-    def _warnings(self) -> Iterator[str]:
-        for result, cell in self.comparison.found.items():
-            if not self.comparison.varies(result):
-                yield f"{self.sheet.address(cell)} is {BY_NUMBER}"
-        if self.matched.open:
-            yield f"not varied, as no cell has them: {', '.join(self.ours.ranges(self.matched.open))}"
-        for place, factor in self.matched.factor.items():
-            yield f"{self.sheet.address(self.matched.cells[place][0])} is taken as {factor:.6g} times its input"
-        if own := different(self.matched, self.ours, self.sheet):
-            yield f"numbers of the student's own: {', '.join(self.sheet.ranges(cell for _, cell in own))}"
-        yield from self.sheet.book.notes
-
-    def _judgements(self) -> Iterator[Judgement]:
-        sheet, comparison = self.sheet, self.comparison
-        formulas = [p for p in self.first_trees if p not in sheet.messages]
-        cells = dict.fromkeys([*formulas, *self.wrong])
-        right = sheet.upstream(comparison.found.values())
-        for place in sorted(cells, key=sheet.reading_order):
-            known = place in right or (place in comparison.theirs and comparison.theirs[place] in comparison.known)
-            status = (
-                WRONG
-                if place in self.wrong
-                else CONSEQUENCE
-                if place in self.after
-                else RIGHT
-                if known
-                else UNCLEAR
-            )
-            cell = sheet.book.cells.get(place, EMPTY)
-            yield Judgement(sheet.address(place), place, status, cell.value if cell.number is None else cell.number)
-
-    def _explain(self, text: str) -> list[str]:
-        """Which rule judged a cell, and what it used."""
-        sheet, comparison = self.sheet, self.comparison
-        (place, *_) = sheet.named("why", text).places
-        cell, address = sheet.book.cells.get(place, EMPTY), sheet.address(place)
-        tree = self.first_trees.get(place)
-        lines = [f"{address} is {cell.value}" + (f", ={text_of(tree, place[0])}" if tree else "")]
-        for fault in self.faults:
-            if fault.place == place:
-                lines.append(f"rule: changed so, it makes right what is missing: {fault.cause}: {fault.message}")
-        if place in self.wrong and len(lines) == 1:
-            lines.append("rule: filled from a formula that is wrong")
-        elif place in self.after and place not in self.wrong:
-            lines.append("rule: it follows from a cell that is wrong")
-        for result, found in comparison.found.items():
-            if found == place:
-                lines.append(f"rule: at all samples it is {self.ours.address(result)} of the reference")
-        if place in self.matched.back:
-            lines.append(f"rule: it is the input {self.ours.address(self.matched.back[place])} of the reference")
-        if len(lines) == 1 and place in sheet.upstream(comparison.found.values()):
-            lines.append("rule: a result that is right uses it")
-        if (
-            len(lines) == 1
-            and place in comparison.theirs
-            and (keys := comparison.known.find(comparison.theirs[place]))
-        ):
-            lines.append(f"rule: it is what {self.ours.address(keys[0])} of the reference is, or uses")
-        return lines if len(lines) > 1 else [*lines, "not judged: no result of the reference depends on it"]

@@ -59,10 +59,24 @@ class Blocks:
             if fits.all(axis=-1).any() or copies:
                 judged |= dict.fromkeys(triple, COPIES if copies else VECTOR)
                 doubtful.update(triple if self._is_said_otherwise(triple, copies) else ())
-            elif fault := self._only_one_unlike(triple, fits, alone=triple in others):
+            elif fault := self._not_turned_back(triple[:3]) or self._only_one_unlike(
+                triple, fits, alone=triple in others
+            ):
                 self.faults.append(fault)
                 judged |= dict.fromkeys(triple, VECTOR)
         return judged, doubtful
+
+    def _not_turned_back(self, triple: Line) -> Fault | None:
+        """The fault of the cell of a result turned back that is not the point's, where the two others are."""
+        judge, up = self.judge, self.graph.upstream(triple)
+        for turn in (turn for turn in self.known.turns if turn.point and up.issuperset(turn.results)):
+            wanted = dict(zip(triple, judge.block(turn.point[:3]), strict=True))
+            wrong = [p for p, value in wanted.items() if not same(judge.now(p), value)]
+            if len(wrong) == 1:
+                place, value = wrong[0], wanted[wrong[0]]
+                text = f"{self.graph.short(place)} does not lead back to the point, as the two others do"
+                return judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
+        return None
 
     def _only_one_unlike(self, triple: Line, fits: np.ndarray, alone: bool) -> Fault | None:
         """The fault of the cell that keeps a vector from being a known one, if one repair makes it that."""
