@@ -250,6 +250,19 @@ def test_degrees_a_minute_and_waiting_count_in_the_time(control):
     assert verify(text, AT_ONCE, control=control, setup=setup).seconds == pytest.approx(seconds, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("control", "text", "seconds"),
+    [  # the first is the example of Fanuc's manual: 0.14907 min
+        ("fanuc", "G21 G90 G94 G49 G0 X0 Y0 Z0 A0 C0\nG1 X20 C40 F300\n", 60 * np.hypot(20, 40) / 300),
+        ("linuxcnc", "G21 G90 G94 G0 X0 Y0 Z0 A0 C0\nG1 X20 C40 F300\n", 60 * 20 / 300),
+        ("siemens", "G90 G94 G0 X0 Y0 Z0 A0 C0\nS600 M3\nG4 S10\nG4 F2\n", 1 + 2),
+    ],
+)
+def test_both_kinds_of_axes_in_one_feed_and_turns_that_are_waited(control, text, seconds):
+    found = verify(text, AT_ONCE, control=control, setup=Setup(start=dict.fromkeys("XYZAC", 0.0)))
+    assert found.seconds == pytest.approx(seconds, abs=1e-6)
+
+
 def test_feed_at_the_tip_is_slower_far_from_the_axis(tmp_path):
     """By "tip" F is mm a minute on the part: 100 mm from C, 180° are 100·π mm."""
     path = tmp_path / "of_mine.toml"

@@ -96,6 +96,7 @@ class Control:
     # that turns states its time, with TCP too, in which no axis exceeds its rate.
     turning_feed: str
     rotary_feed: str  # what F is without TCP in one: "degrees" a minute, or "tip", mm a minute on the part
+    mixed_feed: str  # and in one that moves slides too: "tip", "slides" alone, or "all", mm and degrees together
     without_tcp: tuple[str, ...]  # how lines begin before which TCP is switched off, and on again behind them
     between_blocks: str  # what it does there: one of `BETWEEN_BLOCKS`
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
@@ -358,6 +359,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
         turning_feed=motion.take("turning_feed", *one_of("degrees", "rates", "time"), "degrees"),
         rotary_feed=motion.take("rotary_feed", *one_of("degrees", "tip"), "degrees"),
+        mixed_feed=motion.take("mixed_feed", *one_of("tip", "slides", "all"), "tip"),
         between_blocks=motion.take("between_blocks", *one_of(*BETWEEN_BLOCKS), "look-ahead"),
         without_tcp=tuple(motion.take("without_tcp", *LINES, ())),
         inverse_time=tuple(

@@ -309,7 +309,8 @@ ASSUMED = {
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
 OTHERS = ("skip", *LABELS, "end of section", "return", "argument", "flow", "zero", "tool", "tool number", "length",
-          "speed", "work offset", "dwell seconds", "dwell milliseconds", "TCP on", "TCP off", "TCP on with vectors",
+          "speed", "work offset", "dwell seconds", "dwell milliseconds", "dwell turns",
+          "TCP on", "TCP off", "TCP on with vectors",
           "plane angle", "absolute axis", "incremental axis")  # fmt: skip
 # How a plane is gone to: words that a line without a plane has no use for.
 POSITIONING = ("turn", "move", "stay", "higher position", "lower position")

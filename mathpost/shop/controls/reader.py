@@ -289,6 +289,10 @@ class Lines(Track):
             self.pending = tool_name(values[0])
         elif meaning == "length":
             self.load(tool_name(values[0]))
+        elif meaning == "dwell turns":
+            if not self.speed > 0:
+                raise self.error("a speed before a wait of turns of the spindle", "none")
+            self.dwell += 60 * float(values[0]) / self.speed
         elif meaning.startswith("dwell "):
             in_seconds = meaning == "dwell seconds" or "." in values[0]
             self.dwell += float(values[0]) / (1 if in_seconds else 1000)

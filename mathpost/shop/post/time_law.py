@@ -155,7 +155,8 @@ def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndar
 
     A rapid move takes as long as its slowest axis needs, a move at feed at least as long as the feed of the tip
     asks, and a block that states its time at least that time. Where only rotary axes turn, F may be degrees per
-    minute: with TCP by `Control.turning_feed`, without by `Control.rotary_feed`.
+    minute: with TCP by `Control.turning_feed`, without by `Control.rotary_feed`. Where slides move too it may count
+    these alone, or all axes together, mm and degrees alike: `Control.mixed_feed`.
     """
     joints, seconds = joints_of(kin, blocks), np.empty(max(len(blocks.words) - 1, 0))
     for moves in slices(seconds.shape):
@@ -169,9 +170,15 @@ def _asked_by(kin: Kinematics, blocks: Blocks, joints: np.ndarray, control: Cont
     at_feed = ~blocks.rapid[1:]
     steps, tcp = np.abs(np.diff(blocks.words, axis=0)), blocks.tcp[1:] & blocks.tcp[:-1]
     only_turns = at_feed & ~steps[:, :3].any(axis=1)
-    in_degrees = only_turns & ~blocks.tcp[1:] & ~blocks.tcp[:-1] & (control.rotary_feed == "degrees")
-    seconds = block_times(kin.machine, joints, kin.forward(joints)[0], blocks.feeds[1:], at_feed & ~in_degrees)
+    by_axes = at_feed & ~blocks.tcp[1:] & ~blocks.tcp[:-1]  # F counts axes, and not the way of the tip
+    in_degrees = only_turns & by_axes & (control.rotary_feed == "degrees")
+    mixed = ~only_turns & by_axes & steps[:, 3:].any(axis=1) & (control.mixed_feed != "tip")
+    of_tip = at_feed & ~in_degrees & ~mixed
+    feeds = np.where(mixed, np.nan, blocks.feeds[1:])  # which may be more than F in degrees
+    seconds = block_times(kin.machine, joints, kin.forward(joints)[0], feeds, of_tip)
     degrees = np.where(in_degrees, np.linalg.norm(steps[:, 3:], axis=1), 0)
+    counted = steps[:, :3] if control.mixed_feed == "slides" else steps
+    degrees = np.where(mixed, np.linalg.norm(counted, axis=1), degrees)
     if control.turning_feed != "rates":
         degrees = np.where(only_turns & tcp, steps[:, 3:].max(axis=1), degrees)
     seconds = np.fmax(seconds, 60 * degrees / blocks.feeds[1:])
