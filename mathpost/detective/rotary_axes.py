@@ -153,7 +153,7 @@ class JointCase:
                 for joint in range(len(self.names)):
                     alone[joint] += [(*slips, *change.slips) for change in fits[joint]] if not exchanged else []
         if self.makes_the_axis().all() or any(match.cost == 0 for match in matches):
-            return Explanation((self.right(shape),), self.half_digit, tried, "", self.travel())
+            return Explanation((self.right(shape),), self.half_digit, tried, self.jumps(), self.travel())
         return self.verdict(matches, alone, tried, shape)
 
     def makes_the_axis(self) -> np.ndarray:
@@ -222,6 +222,20 @@ class JointCase:
                 text += f" {'+' if count > 0 else '−'}{abs(count)} turn{'s' * (abs(count) > 1)}"
             parts.append(text)
         return Misreading("right", ", ".join(parts), (), chosen.reshape(shape), (), 0.0)
+
+    def jumps(self) -> str:
+        """Say where right angles jump because they are between −180° and 180°, as atan2 gives them."""
+        said = []
+        for n, name in enumerate(self.names):
+            step = np.diff(self.given[:, n])
+            for row in np.flatnonzero(np.abs(step) > 180)[:1]:
+                way, more = wrap(step[row]), -360 * np.sign(step[row])
+                said.append(
+                    f"{name} jumps by {step[row]:+.4g}° from row {row + 1} to row {row + 2}: the way is "
+                    f"{way:+.4g}°, and atan2 gives angles from -180 to 180. Both name one position: "
+                    f"add {more:+.0f}° from there on, if {name} may turn so far."
+                )
+        return " ".join(said)
 
     def verdict(
         self, matches: list[_Match], alone: list[list[tuple[Slip, ...]]], tried: int, shape: tuple[int, ...]

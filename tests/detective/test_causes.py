@@ -205,3 +205,13 @@ def test_constants_reversed_slides_and_cycles_of_a_table(change, said):
     found = explain_linear(BC, tips, angles, change(words), decimals=4)
     assert said in found.misreadings[0].sentence
     assert not explain_linear(BC, tips[:1], angles[:1], np.add(words[:1], (0, 0, 220.37)), decimals=4).explained
+
+
+def test_a_jump_of_atan2_is_right():
+    """Around the pole of a trunnion at 30°: by atan2 C goes from 170 to −150."""
+    turn = np.array([150, 170, -150, -130])
+    axes = [about("Z", angle).apply(about("Y", 30).apply([0, 0, 1])) for angle in turn]
+    angles = np.column_stack([np.full(4, 30.0), turn])
+    found = explain_joints(BC, np.round(axes, 9), angles, decimals=1)
+    assert found.right, str(found)
+    assert "C jumps by -320° from row 2 to row 3: the way is +40°" in found.note
