@@ -94,6 +94,15 @@ def test_no_axis_turns_while_it_is_clamped_and_holes_are_drilled_clamped(dialect
     assert drilled and turned > 4
 
 
+def test_the_last_digits_of_a_tilted_plane_begin_no_new_cycle():
+    """Two holes at one height: their Z differ by 0.0001 mm, which the rounded angles of the plane leave."""
+    holes = "CYCLE/DRILL,DEPTH,12,CLEAR,3,MMPM,300\nGOTO/40,-10,40,0.5,0,0.866025\nGOTO/40,10,40\nCYCLE/OFF\n"
+    text = f"UNITS/MM\nLOADTL/2,LENGTH,140\nRAPID\nGOTO/40,0,90,0.5,0,0.866025\n{holes}RAPID\nGOTO/60,10,90\n"
+    data = replace(machine.load("ac_table"), program_foot=("M9",))
+    program = postprocess(cldata.parse(text), data, dialect="heidenhain").program
+    assert program.count("CYCL DEF 200") == 1 and program.count("CYCL CALL") == 2
+
+
 WORDS = {"heidenhain": r"32\.1 T([\d.]+)", "siemens": r"CYCLE832\(([\d.]+)", "haas": r"G187 P3 E([\d.]+)"}
 
 

@@ -42,6 +42,8 @@ def holes(draft: Draft) -> None:
         if found is None:
             continue
         first, last, comes = found
+        if series is not None and first == series[1] + 1:
+            _level(draft, series[1], first, last)
         values = _values(draft, piece.cycle, piece, first, last)
         said = kind, values, draft.frames[last]
         goes_on = series is not None and series[0] == said and _follows(draft, piece, series[1], first)
@@ -69,6 +71,14 @@ def holes(draft: Draft) -> None:
         series = said, last, everywhere
     if series is not None:
         _end(draft, known, *series[1:])
+
+
+def _level(draft: Draft, before: int, first: int, last: int) -> None:
+    """Give both ends of a hole the height of the one before, if only the last digits differ: its cycle goes on."""
+    height, near = draft.words[before, 2], 2.5 * 10.0**-draft.options.control.decimals
+    for row in (first, last):
+        if draft.frames[before] is draft.frames[row] and abs(draft.words[row, 2] - height) < near:
+            draft.words[row, 2] = height
 
 
 def _end(draft: Draft, cycles: Cycles, last: int, everywhere: bool) -> None:
