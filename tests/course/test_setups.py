@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mathpost.frame import Frame
 from mathpost.shop.compensate.readings import SIGNS
 from mathpost.shop.measure import work_offset
-from mathpost.teaching.course import setups
+from mathpost.teaching.course import drawings, setups
 from mathpost.teaching.course.lesson_data import load
 from mathpost.teaching.course.verdict import toml
 from mathpost.teaching.draw import plot
 
-DRAWN = toml("setups")
+SETUPS = toml("setups")
+DRAWN = {name: drawn for name, drawn in SETUPS.items() if "parts" in drawn}
 TURNS = [(name, part) for name, drawn in DRAWN.items() for part in drawn["parts"] if part[0] == "turn"]
 DIALS = [(name, part) for name, drawn in DRAWN.items() for part in drawn["parts"] if part[0] == "dial"]
 ISO = dict(zip("AC", load("ac_table").machine.rotary, strict=True))  # tables after ISO 841
@@ -81,3 +83,66 @@ def test_the_package_sees_a_point_turned_as_the_picture_does():
     plot.plt.close("all")
     seen = np.cross([right[0], 0, right[1]], [up[0], 0, up[1]])  # X and Z of the picture as they are drawn
     assert up[1] < 0 and axes.get_title() == "seen from +Y" and seen[1] > 0
+
+
+PANELS = {"active_and_passive": (1, 2), "quarter_turns": (1, 3), "ruined_bore": (1, 2), "coins": (1, 3)}
+STILL = {  # of lessons 00 to 04: how to draw each
+    "turn_in_plane": lambda axes: drawings.turn_in_plane(axes, 35),
+    "active_and_passive": lambda axes: drawings.active_and_passive(*axes, (0.75, 0.6), 25),
+    "quarter_turns": drawings.quarter_turns,
+    "ruined_bore": drawings.ruined_bore,
+    "parts": lambda axes: drawings.parts(axes, (0.2, -0.9, 0.9), (0.2, 0.1, 1), 60),
+    "two_mirrors": lambda axes: drawings.two_mirrors(axes, 20, 25),
+    "euler_discs": lambda axes: drawings.euler_discs(axes, 40, 50, 30),
+    "frames_and_point": lambda axes: drawings.frames_and_point(
+        axes, dict.fromkeys("MWT", Frame.from_axes((0, 0, 1), (1, 0, 0))), (1, 2, 3), 1
+    ),
+    "coins": lambda axes: drawings.coins(axes, "Zx", "coin"),
+}
+
+
+def test_every_still_drawing_is_data_too():
+    public = {name for name, each in vars(drawings).items() if getattr(each, "__module__", "") == drawings.__name__}
+    diagrams = {"chains"}  # of no place and no turn
+    assert (
+        {name for name in public if name[0] != "_"} - {"captions"} - diagrams
+        == set(STILL)
+        == set(SETUPS) - set(DRAWN)
+    )
+
+
+@pytest.mark.parametrize("name", STILL)
+def test_a_still_drawing_says_from_where_one_looks_and_what_turns(name):
+    stated, in_space = SETUPS[name], name in ("parts", "euler_discs", "frames_and_point", "coins", "quarter_turns")
+    figure, axes = plot.figure(*PANELS.get(name, (1, 1)), three_d=in_space)
+    STILL[name](axes)
+    shown = figure.get_supxlabel()
+    written = {text.get_text() for panel in figure.axes for text in panel.texts}
+    arrows = [each for panel in figure.axes for each in panel.texts if getattr(each, "arrow_patch", None)]
+    plot.plt.close("all")
+    assert (
+        f"seen from {stated['seen']}" in shown
+        and stated.get("turns", "") in shown
+        and set(stated["axes"]) <= written
+    )
+    assert name == "frames_and_point" or "turns" in stated or "moves" in stated
+    if in_space:  # matplotlib's angles of the eye
+        for panel in figure.axes:
+            eye = Rotation.from_euler("ZY", [panel.azim, -panel.elev], degrees=True).apply([1, 0, 0])
+            sides = [("the right", "the left"), ("the back", "the front"), ("above", "below")]
+            words = {pair[0] if x > 0 else pair[1] for pair, x in zip(sides, eye, strict=True)}
+            assert words == set(stated["seen"].replace(" and", ",").split(", "))
+    elif name in ("turn_in_plane", "active_and_passive"):  # the arcs: each arrow a little piece of a turn X to Y
+        arcs = [each for each in arrows if 0 < np.hypot(*np.subtract(each.xy, each.xyann)) < 0.1]
+        assert arcs and all(np.linalg.det([each.xyann, each.xy]) > 0 for each in arcs) and ", +Z" in shown
+
+
+def test_the_bar_in_the_bore_moves_against_x_of_the_face():
+    _, panels = plot.figure(1, 2)
+    drawings.ruined_bore(panels, radius=10, retract=1)
+    for panel in panels:
+        arrows = [np.subtract(each.xy, each.xyann) for each in panel.texts if getattr(each, "arrow_patch", None)]
+        retract, of_spindle, of_face = arrows
+        assert retract @ of_face < 0 < of_spindle[0]
+        assert (panel.lines[-1].get_xydata()[-1] - [10, 0]) @ of_face < 0
+    plot.plt.close("all")

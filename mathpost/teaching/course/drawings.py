@@ -1,4 +1,4 @@
-"""Still drawings of lessons 00 to 04: a bore, turns, frames and coins."""
+"""Still drawings of lessons 00 to 04: a bore, turns, frames and coins; captions are from `setups.toml`."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mathpost import euler
 from mathpost.rotation import unit
+from mathpost.teaching.course.verdict import toml
 from mathpost.teaching.draw import plot
 from mathpost.teaching.draw.picture import camera
 
@@ -30,6 +31,20 @@ BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 Point = Sequence[float] | np.ndarray  # (2,) or (3,)
 
 
+def captions(drawn: Mapping[str, Any]) -> list[str]:
+    """Return what a sign depends on in a drawing, lines: from where one looks, what turns, how a file counts."""
+    named = [f"{'-' * (rise < 0)}{name}" for name, (_, rise, *_) in drawn["axes"].items()]
+    towards = f", {plot.viewer(*named)}" if len(named) == 2 and set(drawn["axes"]) < set("XYZ") else ""
+    turns = [f"{word}: {drawn[word]}" for word in ("turns", "moves") if word in drawn]
+    positive = [f"in the file: # positive = {drawn['positive']}"] if "positive" in drawn else []
+    return [f"seen from {drawn['seen']}{towards}", *turns, *positive]
+
+
+def _say(axes: Axes, name: str) -> None:
+    """Write the captions of a drawing under its figure."""
+    axes.figure.supxlabel("\n".join(captions(toml("setups")[name])), fontsize=9)
+
+
 def turn_in_plane(axes: Axes, degrees: float) -> None:
     """Draw the unit vectors of X and Y before and after a turn, with the coordinates of their ends."""
     _plane(axes)
@@ -42,6 +57,7 @@ def turn_in_plane(axes: Axes, degrees: float) -> None:
         _arrow(axes, (0, 0), (x, y), WORKPIECE)
         axes.text(1.12 * x, 1.12 * y, name, color=WORKPIECE, ha=side)
     _arc(axes, 0, degrees, 0.3)
+    _say(axes, "turn_in_plane")
 
 
 def active_and_passive(left: Axes, right: Axes, point: Point, degrees: float) -> None:
@@ -58,6 +74,7 @@ def active_and_passive(left: Axes, right: Axes, point: Point, degrees: float) ->
         _write(right, 1.28 * row, name, WORKPIECE)
     _arc(right, 0, degrees, 0.3)
     _point(right, point, "P", turn.T, POINT)
+    _say(left, "active_and_passive")
 
 
 def quarter_turns(panels: Iterable[Axes3D]) -> None:
@@ -72,6 +89,7 @@ def quarter_turns(panels: Iterable[Axes3D]) -> None:
         axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=WORKPIECE, arrow_length_ratio=1.0, linewidth=2.5)
         axes.plot(*np.array([[0, 0, 0], np.eye(3)[about]]).T, color=AXIS, linewidth=3)
         axes.set_title(f"about {'XYZ'[about]}: {'XYZ'[(about + 1) % 3]} goes to {'XYZ'[(about + 2) % 3]}")
+        _say(axes, "quarter_turns")
 
 
 def ruined_bore(
@@ -114,6 +132,7 @@ def ruined_bore(
                 color=POINT if name == "spindle" else WORKPIECE,
                 va="center",
             )
+        _say(axes, "ruined_bore")
 
 
 def parts(axes: Axes3D, point: Point, axis: Point, degrees: float) -> None:
@@ -146,6 +165,7 @@ def parts(axes: Axes3D, point: Point, axis: Point, degrees: float) -> None:
     axes.text(
         *(along + 0.53 * (np.cos(t[23]) * across + np.sin(t[23]) * side)), "t", color=AXIS, ha="center", va="center"
     )
+    _say(axes, "parts")
 
 
 def two_mirrors(axes: Axes, start: float, between: float) -> None:
@@ -169,6 +189,7 @@ def two_mirrors(axes: Axes, start: float, between: float) -> None:
         axes.plot(*place, "o", color=POINT, fillstyle=style)
         _write(axes, 1.13 * place, name, POINT)
     _arc(axes, phi, phi + 2 * between, 0.85)
+    _say(axes, "two_mirrors")
 
 
 def euler_discs(axes: Axes3D, i: float, j: float, k: float) -> None:
@@ -195,6 +216,7 @@ def euler_discs(axes: Axes3D, i: float, j: float, k: float) -> None:
         _space_arc(
             axes, np.zeros(3), size * euler.matrix("ZXZ", angles, degrees=True)[:, :, column], colour, letter
         )
+    _say(axes, "euler_discs")
 
 
 def frames_and_point(axes: Axes3D, frames: Mapping[str, Frame], point: Point, arm: float) -> None:
@@ -222,6 +244,7 @@ def frames_and_point(axes: Axes3D, frames: Mapping[str, Frame], point: Point, ar
         axes.plot(*np.transpose(corners), color=colour, linestyle=":")
     axes.plot(*np.transpose([point]), "o", color="black")
     axes.text(*(np.asarray(point) + 0.3 * arm * right + 0.2 * arm * up), "P", ha="center", va="center")
+    _say(axes, "frames_and_point")
 
 
 def chains(axes: Axes, machines: Mapping[str, Kinematics]) -> None:
@@ -273,6 +296,7 @@ def coins(panels: Iterable[Axes3D], turns: str, title: str) -> None:
         axes.plot(*np.array([0 * frame[:, 2], 0.45 * frame[:, 2]]).T, color=POINT, linewidth=4)
         whose = "its own" if letter.isupper() else "the table’s"
         axes.set_title(f"{title}\nabout {whose} {letter.upper()}" if letter else title)
+        _say(axes, "coins")
 
 
 def _turn(degrees: float) -> np.ndarray:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from mathpost.teaching.course.drawings import BOX
+from mathpost.teaching.course.drawings import BOX, captions
 from mathpost.teaching.course.verdict import toml
 from mathpost.teaching.draw import plot
 
@@ -40,14 +40,6 @@ def draw(*names: str) -> None:
         axes.margins(0.15)
         axes.set_axis_off()
     plot.show()
-
-
-def captions(drawn: Mapping[str, Any]) -> list[str]:
-    """Return the lines below the title of a set-up: from where one looks, and how a file says its sign."""
-    named = [f"{'-' * (rise < 0)}{name}" for name, (_, rise) in drawn["axes"].items()]
-    towards = f", {plot.viewer(*named)}" if len(named) == 2 and set(drawn["axes"]) < set("XYZ") else ""
-    positive = [f"in the file: # positive = {drawn['positive']}"] if "positive" in drawn else []
-    return [f"seen from {drawn['seen']}{towards}", *positive]
 
 
 def _outline(geometry: Any) -> np.ndarray:
