@@ -128,11 +128,13 @@ def _best(found: Recognised, line: Line, others: Collection[Place]) -> Best:
     # An angle that is 0, or that a cell elsewhere holds, is given; another number may be typed over a formula.
     given = [p for p in others if p in graph.trees or graph.own[p] == 0]
     judged = [line] * (not given) + [calculated] * (len(line) == 3 > len(calculated) and line[2] in others)
+    beyond_a_turn = sum(abs(graph.number(p)) > 2 * np.pi for p in calculated)
+    units = (True,) if beyond_a_turn > 1 else (True, False)  # no inverse function gives these in radians
     readings = []
     for along, sequence, results in product((1, 2), _sequences(found), judged):
         ways = chain(*(_readings(found, v) for v in _directions(found, used, set(line), along)))
         for directions in (way for way in ways if not (others and "projected" in way)):
-            for degrees in (True, False):
+            for degrees in units:
                 plane = Plane(
                     results,
                     third if len(results) < 3 else (),
