@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from mathpost import machine as machines
 from mathpost.errors import InputError
+from mathpost.interface.shell.main import main
 from mathpost.shop.compensate.calibrate import calibrate
 from mathpost.shop.measure.words import Names
 from tests.compensate import simulated
@@ -531,3 +532,13 @@ def test_units_behind_a_name_are_obeyed(label, factor, tmp_path):
     content = _join(head, [label if n == column else name for n, name in enumerate(names)], changed)
     numbers, said = outcome(content, machine, path)
     assert said == "" and numbers == pytest.approx(outcome(plain("ball"), machine, path)[0], abs=1e-7)
+
+
+def test_a_centre_from_two_readings_half_a_turn_apart(tmp_path, capsys):
+    """The middle of both, and no word that they fit: nothing is to spare."""
+    path = tmp_path / "two.csv"
+    path.write_text("angle,x,y\n0,110,20.004\n180,-69.99,-20.002\n", encoding="utf-8")
+    main(["calibrate", "bc_table", str(path), *"--method centre --axis C --unit mm --sigma 0.002".split()])
+    said = capsys.readouterr().out
+    assert f"centre of C: X {(110 - 69.99) / 2:.4f} ± " in said and f"Y {(20.004 - 20.002) / 2:.4f} ± " in said
+    assert said.startswith("NOTHING CHECKS THE READINGS") and "where it was measured" in said

@@ -58,6 +58,7 @@ class Calibration:
     about: np.ndarray  # positions of the slides, mm, shape (3,), at which squareness counts as nothing
     doubts: tuple[str, ...] = ()  # sentences: why the readings do not fit
     notes: tuple[str, ...] = ()  # sentences: what else was seen
+    unchecked: bool = False  # whether there are no more readings than unknowns
     residuals: tuple[verdict.Residual, ...] = ()  # what is left of each reading
     methods: tuple[str, ...] = ()  # of the files, each once
 
@@ -114,6 +115,10 @@ class Calibration:
         lines = (
             ["The readings fit."] if self.fits else ["THE READINGS DO NOT FIT:", *(f"  {d}" for d in self.doubts)]
         )
+        if self.fits and self.unchecked:
+            lines = [
+                "NOTHING CHECKS THE READINGS: none is to spare, U rests on the stated noise. Read one more angle."
+            ]
         if self.methods == ("centre",):
             lines += self._centres(where_measured=True)
         lines.append(f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom")
@@ -229,6 +234,7 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
     methods = [*(each.method for each in blocks), *["laser"] * bool(seen), *["bar"] * bool(bars)]
     left = tuple(verdict.residuals(problem, solution))
     found = replace(found, residuals=left, methods=tuple(dict.fromkeys(methods)))
+    found = replace(found, unchecked=float(solution.spare.sum()) < verdict.SPARE)
     if not seen and set(found.values) <= set(found.assumed):
         raise InputError(", ".join(found.noise), "readings at several angles of an axis", "none that tells of one")
     verdict.refuse_absurd(found)

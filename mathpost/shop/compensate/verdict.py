@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mathpost.shop.compensate.unmeasured import Shown
 
 CHANCE = 0.002  # of readings that fit, below which a file is doubted for one of these reasons
+SPARE = 0.5  # readings to spare below which nothing tells whether they fit
 SMALLEST = 2e-5  # mm: no method scatters less
 LARGEST = {
     "length": 1.0,
@@ -167,7 +168,7 @@ class _File:
         most, name = METHODS[self.block.method]["noise"], self.block.where
         if np.isinf(self.freedom):
             square = float((self.scaled**2).sum())
-            if scipy.special.chdtrc(max(self.free, 1e-9), square) < CHANCE:
+            if self.free > SPARE and scipy.special.chdtrc(self.free, square) < CHANCE:
                 times = np.sqrt(square / self.free)
                 yield f"{name}: readings scatter {times:.1f} times as much as the stated {1e3 * self.sigma:.2f} µm"
             return
