@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from mathpost.interface.site import build
+from mathpost.interface.site import sources
 from tests.conftest import ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -20,7 +20,7 @@ def main():
     from playwright.sync_api import sync_playwright
 
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
-        build.build(ROOT / "notebooks", Path(folder))
+        sources.build(ROOT / "notebooks", Path(folder))
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--headless", "--no-sandbox"])
         page = browser.new_page(viewport={"width": 1100, "height": 640})
         page.goto(Path(folder, "lessons/00_start_here.html").as_uri())

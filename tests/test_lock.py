@@ -19,10 +19,11 @@ def read(path):
 
 def test_the_lock_is_made_of_what_is_asked_for_today():
     asked, project, lock = map(read, ("environment.txt", "pyproject.toml", ".ci/requirements.lock"))
-    (said,) = re.findall(r"^tests = .*?^\]\n", project, re.MULTILINE | re.DOTALL)
+    said = "".join(re.findall(r"^(?:site|tests) = .*?^\]\n", project, re.MULTILINE | re.DOTALL))
     digest = hashlib.sha256((asked + said).encode()).hexdigest()
     assert lock.startswith(f"# inputs {digest}\n"), "run .ci/lock"
-    tests = pins("\n".join(tomllib.loads(project)["project"]["optional-dependencies"]["tests"]))
+    extras = tomllib.loads(project)["project"]["optional-dependencies"]
+    tests = pins("\n".join(extras["site"] + extras["tests"]))
     assert len(pins(asked)) > 10 and len(tests) > 8 and not pins(asked).keys() & tests.keys()
     assert (pins(asked) | tests).items() <= pins(lock).items()
     building = tomllib.loads(project)["build-system"]["requires"]

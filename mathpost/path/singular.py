@@ -51,7 +51,7 @@ def measure(kin: Kinematics) -> sp.Expr:
 
 
 def closeness(kin: Kinematics, axis: ArrayLike) -> np.ndarray:
-    """Return √(det JᵀJ) = |n·(a₁ × a₂)| for tool axes (..., 3): 0 when singular, NaN when out of reach."""
+    """Return √(det JᵀJ) = ``|n·(a₁ × a₂)|`` for tool axes (..., 3): 0 when singular, NaN when out of reach."""
     below, above = kin.reach_terms(axis)
     return np.sqrt(below * above)
 

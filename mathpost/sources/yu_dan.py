@@ -37,7 +37,7 @@ class Case:
 
     @property
     def angle(self) -> float:
-        """The angle (−1)^κ·|θ|, radians; NaN in case (1)."""
+        """The angle ``(−1)^κ·|θ|``, radians; NaN in case (1)."""
         return np.nan if self.kappa is None else float((-1) ** self.kappa * self.size)
 
     def __str__(self) -> str:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from mathpost.interface.shell.options import FILE, OUTPUT
-from mathpost.interface.site import build
+from mathpost.interface.site import sources
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,5 +18,4 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the pages."""
-    build.build(options.lessons, options.output)
-    return 0
+    return sources.build(options.lessons, options.output)

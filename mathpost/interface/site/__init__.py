@@ -1,6 +1,6 @@
-"""The site: lessons, machines, commands and reference as pages that need no server and no network.
+"""The pages: lessons, machines, commands and reference, made by Sphinx; they need no server and no network.
 
-Read `build` first: all pages in their order, and the frame that each gets. `lesson` makes a notebook a page,
-`commands` runs the examples of ``commands.toml``, `reference` has the docstrings of what lessons use, `course_map`
-shows which lesson needs which, `search` divides all pages into sections. ``templates`` has the layout.
+Read `sources` first: it writes what Sphinx reads, lessons as MyST-NB takes them, and pages from ``templates``.
+`commands` runs the examples of ``commands.toml``, `course_map` shows which lesson needs which. ``conf.py`` sets
+Sphinx up: formulas as MathML, and a search that finds Chinese words within a sentence.
 """

@@ -50,7 +50,7 @@ class Cutter:
 def tip_symbolic() -> sp.Matrix:
     """Return tip minus contact point, 3×1, for surface normal n, tool axis (i, j, k), radius R and rim radius r.
 
-    r·n + (R − r)·m − r·a, where m is the part of n square to the axis a, scaled to length 1 by s = |n × a|.
+    r·n + (R − r)·m − r·a, where m is the part of n square to the axis a, scaled to length 1 by s = ``|n × a|``.
 
     Examples
     --------

@@ -80,14 +80,20 @@ def reach(kin: Kinematics) -> list[str]:
     return said
 
 
+def axes(kin: Kinematics) -> list[tuple[str, str, str]]:
+    """Return for each joint its name, the effect of its positive direction in words, and its travel."""
+    units = ["mm"] * 3 + ["°"] * len(kin.machine.rotary)
+    limits = zip(kin.machine.limits * kin.machine.units[:, None], units, strict=True)
+    return [
+        (name, said, f"{low:g} to {high:g} {unit}" if np.isfinite([low, high]).all() else "endless")
+        for (name, said), ((low, high), unit) in zip(words(kin).items(), limits, strict=True)
+    ]
+
+
 def around(kin: Kinematics) -> tuple[str, str]:
     """Return the contents of the page above and below the machine, both HTML."""
-    machine, rows = kin.machine, []
-    units = ["mm"] * 3 + ["°"] * len(machine.rotary)
-    limits = zip(machine.limits * machine.units[:, None], units, strict=True)
-    for (name, said), ((low, high), unit_of) in zip(words(kin).items(), limits, strict=True):
-        travel = f"{low:g} to {high:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
-        rows.append(f"<tr><th>{name}<td>{html.escape(said)}<td>{travel}")
+    machine = kin.machine
+    rows = [f"<tr><th>{name}<td>{html.escape(said)}<td>{travel}" for name, said, travel in axes(kin)]
     name, source = html.escape(machine.name), html.escape(machine.source)
     before = f"<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} Source: {source}.</p>"
     after = (
