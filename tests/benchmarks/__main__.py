@@ -2,8 +2,10 @@
 
 import argparse
 
+import numpy as np
+
 from tests.benchmarks import calibration, growth, kinematics, lessons, live, pipeline, proved, startup
-from tests.benchmarks.timing import computer
+from tests.benchmarks.timing import QUIET, computer, strain
 
 MODULES = (kinematics, startup, pipeline, growth, lessons, live, proved, calibration)
 PARTS = {part.__name__.rpartition(".")[2]: part for part in MODULES}
@@ -16,6 +18,8 @@ def main():
     if unknown := set(chosen) - set(PARTS):
         parser.error(f"no part {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}")
     print(computer())
+    busy, slowed = np.median([strain() for _ in range(10)], axis=0)
+    print(f"busy {busy:.2f}, slowed {slowed:.2f} (1 is best; above {QUIET} a row has no verdict)")
     for name in chosen:
         PARTS[name].run()
 

@@ -1,30 +1,46 @@
-"""What it costs to start: importing, and deriving and compiling a machine."""
+"""What it costs to start: importing, commands, and deriving and compiling a machine."""
 
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
 from mathpost import chain, formula, kinematics, machine
-from tests.benchmarks.timing import best, row
+from tests.benchmarks.timing import interleaved, row
+
+SHELL = {  # what is typed, and the largest ratio
+    "--help": 0.3,
+    "explain --angles 135 54.7356 -90 --point 3 4 5 --result 1.283069 6.939923 0.437263": 1.5,
+    "post data/cl/blade.cl --machine dmu50v -o {}/blade.h": 1.5,
+}
 
 
-def fresh(statement):
-    """Shortest time of a statement in a fresh interpreter."""
-    return best(lambda: subprocess.run([sys.executable, "-c", statement], check=True), clock=time.perf_counter)
+def fresh(*words):
+    """A function that runs a fresh interpreter; 1 is the exit status of what was found to be wrong."""
+
+    def run():
+        done = subprocess.run([sys.executable, *words], capture_output=True, text=True)
+        assert done.returncode in (0, 1), done.stderr
+
+    return run
 
 
 def run():
-    print("starting, of one second:")
-    nothing = fresh("pass")
-    row("import mathpost", fresh("import mathpost") - nothing, 0.1, "1 s")
-    row("import mathpost.shop.post, sympy included", fresh("import mathpost.shop.post") - nothing, None, "1 s")
+    print("starting, of importing sympy in a fresh interpreter:")
+    with tempfile.TemporaryDirectory() as folder:
+        lines = [fresh("-m", "mathpost", *line.format(folder).split()) for line in SHELL]
+        calls = [fresh("-c", "pass"), fresh("-c", "import sympy"), fresh("-c", "import mathpost"), *lines]
+        nothing, sympy, package, *times = interleaved(*calls, repeats=5, clock=time.perf_counter)
+    row("import mathpost, without the interpreter", (package - nothing) / sympy, 0.1, "import sympy")
+    for line, taken in zip(SHELL, times, strict=True):
+        row(line[:50], taken / sympy, SHELL[line], "import sympy")
     for path in sorted(Path("data/machines").glob("*.toml")):
         for kept in (formula.numeric, kinematics.derive, chain.links, chain.bodies):
             kept.cache_clear()
         start = time.perf_counter()
         kin = kinematics.Kinematics(machine.load(path))
         kin.inverse(*kin.forward(np.zeros((1, len(kin.symbols)))))
-        row(f"{path.stem}: read, derived, compiled", time.perf_counter() - start, 1, "1 s")
+        row(f"{path.stem}: read, derived, compiled", (time.perf_counter() - start) / sympy, 2, "import sympy")

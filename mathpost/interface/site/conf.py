@@ -47,21 +47,24 @@ CHINESE = "\u3400-\u9fff"
 
 
 class Search(SearchEnglish):
-    """English words; of Chinese, which has no spaces, each character and each two that are neighbours."""
+    """English words, with hyphens as in --axis-tolerance; of Chinese, which has no spaces, each two neighbours."""
 
     lang = "mathpost"
     js_splitter_code = f"""
-const chinese = /[{CHINESE}]/, runs = /[{CHINESE}]+|[^{CHINESE}]+/g, between = /[^\\p{{L}}\\p{{N}}_]+/u;
+const chinese = /[{CHINESE}]/, runs = /[{CHINESE}]+|[^{CHINESE}-][^{CHINESE}]*/g;
 const paired = run => run.slice(1).map((each, i) => run[i] + each);
-const pairs = run => chinese.test(run) && run.length > 1 ? paired([...run]) : [run];
-var splitQuery = query => query.split(between).flatMap(word => word.match(runs) ?? []).flatMap(pairs);
+const pairs = run => chinese.test(run) && run.length > 1 ? paired([...run]) : [run.replace(/-+$/, "")];
+const words = query => query.split(/[^\\p{{L}}\\p{{N}}_-]+/u);
+var splitQuery = query => words(query).flatMap(word => word.match(runs) ?? []).flatMap(pairs);
 """
 
     def split(self, input: str) -> list[str]:
-        """Return what is found: words, characters and pairs of them."""
-        runs = re.findall(f"[{CHINESE}]+|[^\\W{CHINESE}]+", input)
-        parts = [[*run, *map("".join, pairwise(run))] if run[0] >= "\u3400" else [run] for run in runs]
-        return [word for found in parts for word in found]
+        """Return what is found: words and their parts, characters and pairs of them."""
+        found = []
+        for run in re.findall(f"[{CHINESE}]+|[^\\W{CHINESE}]+(?:-[^\\W{CHINESE}]+)*", input):
+            pairs = [*run, *map("".join, pairwise(run))]
+            found += pairs if run[0] >= "\u3400" else dict.fromkeys([run, *run.split("-")])
+        return found
 
 
 def formula(page: HTML5Translator, node: nodes.Element) -> None:
