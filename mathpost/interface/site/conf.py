@@ -60,7 +60,7 @@ var splitQuery = query => words(query).flatMap(word => word.match(runs) ?? []).f
 
     def split(self, input: str) -> list[str]:
         """Return what is found: words and their parts, characters and pairs of them."""
-        found = []
+        found: list[str] = []
         for run in re.findall(f"[{CHINESE}]+|[^\\W{CHINESE}]+(?:-[^\\W{CHINESE}]+)*", input):
             pairs = [*run, *map("".join, pairwise(run))]
             found += pairs if run[0] >= "\u3400" else dict.fromkeys([run, *run.split("-")])
