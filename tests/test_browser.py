@@ -208,10 +208,10 @@ class Live:
         return self.frame.locator(".said").inner_text()
 
     def picture(self):
-        """The first picture after the next frame, as text; out of sight, a browser draws no frames."""
+        """All pictures after the next frame, as text; out of sight, a browser draws no frames."""
         if self.outside:
             self.outside.evaluate("frame => frame.scrollIntoView({block: 'center'})")
-        return self.frame.locator("canvas").first.evaluate(PICTURE)
+        return [canvas.evaluate(PICTURE) for canvas in self.frame.locator("canvas").all()]
 
     def press(self, name):
         self.frame.get_by_role("button", name=name, exact=True).click()
