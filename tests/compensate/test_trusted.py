@@ -94,6 +94,7 @@ def test_the_slopes_of_the_lessons_budget_are_those_of_the_chain_with_errors():
     trunnion = machines.load(TABLE)
     known = {
         "np": np,
+        "replace": replace,
         "trunnion": trunnion,
         "calibrate": calibrate,
         "DATA": ROOT / "data",

@@ -132,7 +132,7 @@ def test_tables_of_any_machine(kin, tmp_path):
         rows[:, 6] += 12.5
         return rows
 
-    assert {f.cause for f in check_file(_table(path, kin, moved), task).faults} == {"offset"}
+    assert {f.cause for f in check_file(_table(path, kin, moved), task).faults} == {"origin"}
     with pytest.raises(InputError, match="headings"):
         check_file(RIGHT, task)
 

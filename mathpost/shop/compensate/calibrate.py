@@ -234,7 +234,7 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
     methods = [*(each.method for each in blocks), *["laser"] * bool(seen), *["bar"] * bool(bars)]
     left = tuple(verdict.residuals(problem, solution))
     found = replace(found, residuals=left, methods=tuple(dict.fromkeys(methods)))
-    found = replace(found, unchecked=float(solution.spare.sum()) < verdict.SPARE)
+    found = replace(found, unchecked=bool(blocks) and float(solution.spare.sum()) < verdict.SPARE)
     if not seen and set(found.values) <= set(found.assumed):
         raise InputError(", ".join(found.noise), "readings at several angles of an axis", "none that tells of one")
     verdict.refuse_absurd(found)
