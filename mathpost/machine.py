@@ -121,8 +121,11 @@ class Machine:
     program_head: tuple[str, ...] = ()
     program_foot: tuple[str, ...] = ()
     tool_change: tuple[str, ...] = ()
+    skip: tuple[str, ...] = ()  # words of the machine's maker that move no axis, {} for a number in them
     # Where rotary axes may turn freely, X Y Z as in `limits_of`, None for one that may be anywhere; or not known.
     safe: tuple[float | None, float | None, float] | None = None
+    # Where the reference point is, by names of axes, machine coordinates in mm, and degrees; or not known.
+    home: tuple[tuple[str, float], ...] = ()
     # Work offsets of the control, numbered from 1: the one that has `origin`, if stated, and others with theirs.
     offset: int | None = None
     offsets: tuple[tuple[int, tuple[float, float, float]], ...] = ()
@@ -283,6 +286,8 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
         programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
         limits_of=linear.take("limits_of", *one_of("slides", "words"), "slides"),
         safe=_safe(linear),
+        home=_home(linear, [entry.get("name") for entry in rotary]),
+        skip=tuple(program.take("skip", each(some_text), "a list of words", ())),
         **{name: tuple(program.take(key, each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
     )
     for table in (file, workpiece, tool, linear, program):
@@ -303,6 +308,16 @@ def _safe(linear: TomlTable) -> tuple[float | None, float | None, float] | None:
     ends = [table.take(axis, a_number, "mm", *default) for axis, *default in (("X", None), ("Y", None), ("Z",))]
     table.done()
     return tuple(ends)
+
+
+def _home(linear: TomlTable, rotary: Sequence[Any]) -> tuple[tuple[str, float], ...]:
+    """The table ``home``: axes, all or some, and where they are at the reference point."""
+    table = linear.table("home", optional=True)
+    found = [
+        (axis, table.take(axis, a_number, "mm or degrees")) for axis in (*LETTERS, *rotary) if axis in table.content
+    ]
+    table.done()
+    return tuple(found)
 
 
 def _offsets(table: TomlTable) -> tuple[tuple[int, tuple[float, float, float]], ...]:

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mathpost.shop.post.body import ABOVE, BODY, _Body
+from mathpost.shop.post.body import ABOVE, BODY, Body
 
 
 def deepest(axis, length, ends, lines):
@@ -25,7 +25,7 @@ def test_what_is_clear_meets_no_line(seed):
         axis = rng.normal(size=3)
         axis /= np.linalg.norm(axis)
         length = rng.choice([12.0, 60.0])
-        body = _Body(axis, length)
+        body = Body(axis, length)
         ends = rng.uniform(-8, 8, 3) + np.array([np.zeros(3), rng.uniform(-15, 15, 3)])
         starts = rng.uniform(-45, 45, (4, 3))
         lines = np.array([starts, starts + rng.uniform(-20, 20, (4, 3))])

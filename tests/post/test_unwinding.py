@@ -141,17 +141,6 @@ def test_x_and_y_of_the_safe_position_are_left_and_reached_at_its_z(dialect):
     assert blocks.rapid[1:][leaving].all()
 
 
-def test_what_is_not_clear_at_the_safe_height_is_said():
-    """What the first tool touches at Y-160 is at Z110 with A at 90°, the tip of the second tool at 300 − length."""
-    cut = "GOTO/0,{0},0,0,{1},{2}\nGOTO/9,{0},0\n"
-    cuts = "FEDRAT/500\nLOAD/TOOL,3,LENGTH,95\n", cut.format(-160, 0, 1), cut.format(-20, -1, 0)
-    data = replace(machine.load("ac_table"), program_foot=("M9",), safe=(None, None, 300.0))
-    for length, said in ((95, False), (180, False), (200, True), (250, True)):
-        text = f"LOAD/TOOL,5,LENGTH,{length}\n".join([cuts[0] + cuts[1], cuts[2]])
-        warnings = postprocess(cldata.parse(text), data).report.warnings
-        assert any("safe Z" in each and "to record 3" in each for each in warnings) == said
-
-
 def test_motion_only_stays_motion_only():
     text = postprocess(cldata.parse(TWO_TOOLS), machine.load("ac_table")).program
     assert "MOTION ONLY" in text and "M91" not in text

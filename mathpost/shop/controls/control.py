@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 import textwrap
 import unicodedata
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -168,6 +169,16 @@ class Control:
             return self.first + self.step * before
         return self.first + self.step * (before % ((self.last - self.first) // self.step + 1))
 
+    def skipping(self, words: Iterable[str], where: str) -> Control:
+        """Return a control that passes over some words, too; `InputError` for one that does something."""
+        for word in words:
+            match = self.words.match(word.upper())
+            if match and match[0] and self.words.meaning(match)[0] != "skip":
+                meaning, found, _ = self.words.meaning(match)
+                raise InputError(where, f"a word that {self.name} does not know", f"{found!r}, {meaning}")
+        more = {word.upper(): "skip" for word in words}
+        return replace(self, read=self.read | more) if more else self
+
     def ends(self, line: str) -> bool:
         """Whether a line has a word that ends the program."""
         found = [self.words.match(word) for word in self.comments.sub(" ", line).split()]
@@ -275,7 +286,7 @@ def control_for(machine: Machine, control: Control | str | Path) -> Control:
         if found.axis_letters and len(axis) > found.axis_letters:
             letters = "one letter" if found.axis_letters == 1 else f"at most {found.axis_letters} letters"
             raise InputError("rotary axis name", f"{letters} for a {found.name} program", repr(axis))
-    return found
+    return found.skipping(machine.skip, "[program] skip")
 
 
 def names() -> list[str]:

@@ -31,6 +31,9 @@ class Setup:
     offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
     # Lengths by the number or name of the tool, mm; None: nobody asks for them, all tools are the machine file's.
     lengths: dict[str, float] | None = None
+    in_order: tuple[
+        float, ...
+    ] = ()  # or those of the tools, whatever their names, in the order of their changes, mm
     start: dict[str, float] = field(default_factory=dict)  # words of axes before the first block, mm and degrees
 
 
@@ -154,7 +157,10 @@ class Coordinates:
 
     def load_tool(self, name: str, where: str) -> None:
         """Take the length of a tool."""
-        lengths = self.setup.lengths
+        lengths, in_order = self.setup.lengths, self.setup.in_order
+        if in_order and self.tools[-1:] != [name]:
+            self.tools.append(name)
+            self.exchange(self.machine.with_setup(tool_length=in_order[min(len(self.tools), len(in_order)) - 1]))
         if lengths is None:
             return
         if name in lengths:

@@ -68,14 +68,6 @@ def tool_name(text: str) -> str:
     return str(int(float(text))) if re.fullmatch(NUMBER, text) else text
 
 
-def templates(lines: Iterable[str]) -> re.Pattern[str]:
-    """A regular expression that matches the lines of the machine file, whatever name and tool they contain."""
-    escaped = (re.escape(line.strip()) for line in lines)
-    named = (line.replace(r"\{name\}", r"\w+") for line in escaped)
-    fields = (re.sub(r"\\\{(tool|offset)\\\}", r"\\d+", line) for line in named)
-    return re.compile("|".join(fields) or r"(?!)")
-
-
 def whole_number(text: str, names: Iterable[str]) -> tuple[int, str] | None:
     """Return the line of the first position without a decimal point, and its word."""
     words = rf"^[^(;\n]*?(?<![A-Z])((?:{'|'.join(map(re.escape, names))})[-+]?\d*[1-9]\d*)(?![\d.])"

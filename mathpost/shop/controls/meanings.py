@@ -127,13 +127,27 @@ def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, st
     return shift
 
 
-def _home(reader: Lines, line: Line, text: str) -> None:
-    """The axes that the line names, or all, go to where the control has its reference point: nobody knows here."""
-    line.used("axis ")
-    named = [reader.names.index(name) for name in line.axes] or list(range(len(reader.names)))
-    if reader.at.on_tip and min(named) < 3:
-        named = [0, 1, 2, *(axis for axis in named if axis > 2)]
-    reader.at.words[named] = np.nan
+def _home(first: bool) -> Callable[[Lines, Line, str], None]:
+    """The axes that the line names, or all, go to a reference point, by the place that it states.
+
+    Of the `first` one the machine file may say where it is.
+    """
+
+    def go(reader: Lines, line: Line, text: str) -> None:
+        named = [reader.names.index(name) for name in line.axes] or list(range(len(reader.names)))
+        by = reader.target(line)
+        if line.axes and not np.array_equal(by, reader.at.words, equal_nan=True):
+            reader.put(by[None], replace(line, rapid=True))
+        known = dict(reader.at.machine.home) if first else {}
+        if all(reader.names[axis] in known for axis in named):
+            reader.stand(reader.at.machine_position({axis: known[reader.names[axis]] for axis in named}))
+            return
+        if reader.at.on_tip and min(named) < 3:
+            named = [0, 1, 2, *(axis for axis in named if axis > 2)]
+        reader.park(named)
+        reader.note("reference point", text.split()[0])
+
+    return go
 
 
 def _plane(reader: Lines, line: Line, text: str) -> None:
@@ -146,7 +160,7 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
         if direction:
             _turn_to(reader, line, direction=direction)
         if not kept:
-            reader.at.words[:3] = np.nan
+            reader.park([0, 1, 2])
         return
     line.used("axis ", "centre ", "radius", "argument", "feed")
     reader.unfinished.append(text)
@@ -254,7 +268,7 @@ def _plane_off(reader: Lines, line: Line, text: str) -> None:
 
 def _retract(reader: Lines, line: Line, text: str) -> None:
     """The tool goes off the part, as far as the control likes."""
-    reader.at.words[:3] = np.nan
+    reader.park([0, 1, 2])
 
 
 def _everywhere(reader: Lines, line: Line, text: str) -> None:
@@ -275,7 +289,8 @@ STATEMENTS = {
     "shift": _shift(),
     "new shift": _shift(anew=True),
     "added shift": _shift(added=True),
-    "home": _home,
+    "home": _home(True),
+    "other home": _home(False),
     "tilted plane": _plane,
     "working plane": _working_plane,
     "no frames": _no_frames,
@@ -301,6 +316,8 @@ ASSUMED = {
     "p4": "the signs of the projected angles of line {line} ({word}): both right-handed",
     "g68_3": "Z is the vertical of line {line} ({word}), which a parameter says",
     "tool change": "{word} stand still while a tool is changed, first before line {line}",
+    "reference point": "{word} goes to a reference point clear of the part, first in line {line}: "
+    "home in [linear] of the machine file does not say where it is",
     "unplaced": "a move is judged from where all axes are known; in line {line} first one moves without "
     "that: {word}",
     "unit": "no word says whether positions are mm or inches: mm",

@@ -19,10 +19,10 @@ from mathpost.shop.controls import calls, curves, stops, ways
 from mathpost.shop.controls.blocks import FEED, Blocks, axis_word
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
-from mathpost.shop.controls.lines import Drilling, Line, plain, templates, tidy, tool_name, whole_number
+from mathpost.shop.controls.lines import Drilling, Line, plain, tidy, tool_name, whole_number
 from mathpost.shop.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
 from mathpost.shop.controls.plane_forms import lacking
-from mathpost.shop.controls.track import Track
+from mathpost.shop.controls.track import Blind, Track
 from mathpost.shop.controls.variables import Variables
 
 MOST_DIGITS = 40  # in a row
@@ -42,6 +42,9 @@ class Program:
     machines: list[tuple[int, Machine]]  # from which move on, the machine with the tool that it then has
     skipped: dict[str, int]  # words that move no axis, by their kind: how often they occur
     began: np.ndarray  # shape (j,), words from where the first move goes, NaN if nobody knows
+    blind: tuple[
+        Blind, ...
+    ]  # moves from or to where nobody knows all axes; those to where nobody does are no others
     dwell: float  # seconds that it waits, by words that say so
     assumed: tuple[str, ...]  # what was assumed, as sentences
 
@@ -76,6 +79,7 @@ def follow(
         machines,
         dict(lines.skipped),
         lines.began,
+        tuple(lines.blind),
         lines.dwell,
         assumed,
     )
@@ -93,7 +97,6 @@ class Lines(Track):
         number = "N" if control.number is None else control.number
         self.numbered = re.compile(rf"^{number}\d+\s*")
         self.pattern = plain(control.number, control.begin, self._words_behind(), self.names)
-        self.own_lines = templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
         self.speed = np.nan
         self.plane = "plane XY"
         self.scale = 1.0
@@ -179,10 +182,6 @@ class Lines(Track):
 
     def take_words(self, text: str) -> None:
         skipped = text.startswith("/")
-        template = re.sub(r"^/?\s*N?\d+\s*", "", text)
-        if self.own_lines.fullmatch(template):
-            self.take_own(self.words_of(text))
-            return
         try:
             values = dict(self.variables.values) if skipped else {}
             body = self.bare(text)
@@ -217,20 +216,6 @@ class Lines(Track):
             raise self.error("a place where the machine can go", str(error)) from None
         if line.gone:
             calls.go(self, *line.gone)
-
-    def take_own(self, body: str) -> None:
-        """Take a line of the machine file: its words hold, but where its moves go is not known.
-
-        A word that the control's file does not know is passed over: the machine may have more than we know.
-        """
-        line = Line()
-        while body:
-            match = self.control.words.match(body)
-            if match:
-                self.take_word(line, *self.control.words.meaning(match))
-            body = body[match.end() :].lstrip() if match else re.sub(r"^\S[^A-Z\s]*\s*", "", body)
-        self.at.words[:] = np.nan
-        self.feed = np.nan
 
     def take_axis(self, line: Line, name: str, value: str, counted: str, word: str) -> None:
         if name not in self.names:
@@ -338,7 +323,7 @@ class Lines(Track):
     def obey(self, line: Line) -> None:
         """Do what the words of a line say together."""
         if line.tool:
-            self.at.words[:3] = np.nan
+            self.park([0, 1, 2])
             self.feed = np.nan
             self.changed = True
             self.kept = set(range(3, len(self.names)))

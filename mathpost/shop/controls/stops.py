@@ -33,10 +33,10 @@ def with_all(error: InputError, reader: Lines) -> InputError:
     said = []
     if skipped:
         option = " ".join(f"--skip '{word}'" if " " in word else f"--skip {word}" for word in skipped[:MOST_WORDS])
-        entry = ", ".join(f'"{word}" = "skip"' for word in skipped[:MOST_WORDS])
+        entry = ", ".join(f'"{word}"' for word in skipped[:MOST_WORDS])
         said.append(
-            f"Not known of the machine: {_listed(skipped, found)}. Those that move no axis: {option}, or in a"
-            f' control file of yours inherits = "{reader.control.name}" and, under [read], {entry}'
+            f"Not known of the machine: {_listed(skipped, found)}. Those that move no axis: in [program] of the"
+            f" machine file skip = [{entry}], or for verify {option}"
         )
     if others:
         said.append(f"Not read, and may move an axis or decide what runs: {_listed(others, found)}")

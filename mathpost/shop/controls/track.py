@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from mathpost.errors import InputError
@@ -10,6 +13,21 @@ from mathpost.path import text as bulk
 from mathpost.shop.controls import curves
 from mathpost.shop.controls.coordinates import Coordinates, Setup
 from mathpost.shop.controls.lines import Line
+
+
+@dataclass(frozen=True)
+class Blind:
+    """A move from or to where nobody knows all axes."""
+
+    line: int  # of the text
+    block: int  # number of the moves before it that are known at their end; if this one is, its own
+    machine: Machine  # with its tool
+    start: (
+        np.ndarray
+    )  # shape (j,), words from where, counted from the machine's origin, mm and degrees, NaN if unknown
+    end: np.ndarray  # shape (j,), and to where
+    tcp: bool  # whether X Y Z are the tip
+    aside: bool  # whether, where Z is not known, the machine itself has put it there: reference point, tool change
 
 
 class Track(bulk.Reader):
@@ -27,6 +45,8 @@ class Track(bulk.Reader):
         self.changed = False  # whether a tool was changed
         self.kept: set[int] = set()  # rotary axes, by number, that nothing has named since then
         self.began = np.full(len(self.names), np.nan)  # words from where the first move goes
+        self.blind: list[Blind] = []
+        self.aside = False  # see `Blind`
         self.notes: dict[str, tuple[int, str]] = {}  # what is taken for granted: its first line and word there
 
     def note(self, kind: str, word: str) -> None:
@@ -53,6 +73,11 @@ class Track(bulk.Reader):
         nothing = np.array([np.nan])
         self.emit(place[:, None], nothing, nothing, np.array([True]), np.zeros(1, int), False)
         self.at.stand(place[:3], place[3:])
+
+    def park(self, axes: Sequence[int]) -> None:
+        """Go with some axes, by number, to where the machine itself has a place for them: nobody knows it here."""
+        self.at.words[axes] = np.nan
+        self.aside |= 2 in axes
 
     def turn_to(self, joints: np.ndarray, angles: np.ndarray) -> None:
         """Turn the rotary axes, degrees, while the slides stay at the positions they have in the printed digits."""
@@ -82,6 +107,11 @@ class Track(bulk.Reader):
         """Keep moves, resolved; those on the way to the first position, from where nobody knows, are none."""
         rapid = rapid | (self.motion == "rapid")
         unknown = np.isnan(words).any(axis=0)
+        point = self.at.resolved(self.at.words[:3]) if tcp else self.at.joints()
+        start = np.r_[point, self.at.words[3:]]
+        if unknown[0] or np.isnan(start).any():
+            where = self.line + int(numbers[0]), self.count, self.at.machine
+            self.blind.append(Blind(*where, start, words[:, 0].copy(), tcp, self.aside))
         if unknown.any():
             first = int(unknown.argmax())
             lacking = ", ".join(self.names[axis] for axis in np.flatnonzero(np.isnan(words[:, first])))

@@ -296,6 +296,16 @@ def _kinematics(machine: Machine) -> Kinematics:
     return Kinematics(machine)
 
 
+def stretches(machines: list, count: int) -> list[tuple[Kinematics, slice]]:
+    """Return the blocks, of so many, that one machine with its tool runs, each with its `Kinematics`."""
+    ends = [first for first, _ in machines[1:]] + [count]
+    return [
+        (_kinematics(machine), slice(first, stop))
+        for (first, machine), stop in zip(machines, ends, strict=True)
+        if first < stop
+    ]
+
+
 def kinematics_of(machines: list, count: int) -> list[Kinematics]:
     """Return the `Kinematics` of each of so many blocks; `machines` are pairs of a block and its machine."""
     found = []

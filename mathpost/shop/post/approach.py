@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,14 +11,10 @@ from mathpost.machine import Machine
 from mathpost.path.modal import Command
 from mathpost.path.motion import LIFTED, ON_PART, SAFE, Motion
 from mathpost.shop.controls.blocks import Blocks
-from mathpost.shop.post.body import BODY, spread
 from mathpost.shop.post.options import Options
 from mathpost.sources.yu_dan import lifted
 
-TURN = np.radians(5.0)  # between the positions of a rotary axis that are looked at while it turns
-
 if TYPE_CHECKING:
-    from mathpost.kinematics import Kinematics
     from mathpost.path.selection import Selection
     from mathpost.shop.post.steps import Plan, ToolPath
 
@@ -111,35 +106,3 @@ def away(machine: Machine, joints: np.ndarray) -> np.ndarray:
     for axis, position in stated:
         way[1 if axis == 2 else 2 :, axis] = position - machine.slides[axis]
     return way
-
-
-def over_all(path: ToolPath, standing: np.ndarray, wanted: np.ndarray) -> bool:
-    """Whether at the safe Z the tool is above all that the path touches, wherever X and Y are.
-
-    And whichever rotary axis turns first, or how they turn at once, from `standing` to `wanted`, radians.
-    """
-    machine = path.kin.machine
-    if machine.safe is None:
-        return False
-    ends = [cl.points[~cl.rapid] + shift - path.shift for cl, shift in path.parts if not cl.rapid.all()]
-    if not ends:
-        return True
-    low = np.min([points.min(axis=0) for points in ends], axis=0)
-    high = np.max([points.max(axis=0) for points in ends], axis=0)
-    corners = np.array(list(product(*zip(low, high, strict=True))))
-    turns = [np.linspace(a, b, 2 + int(abs(b - a) / TURN)) for a, b in zip(standing, wanted, strict=True)]
-    angles = np.array(list(product(*turns)))
-    safe = machine.safe[2] - machine.slides[2]
-
-    def below(points: np.ndarray) -> bool:
-        return max(_highest(path.kin, points, each) for each in angles) <= safe
-
-    return below(corners) or below(np.concatenate([points[spread(points)] for points in ends]))
-
-
-def _highest(kin: Kinematics, points: np.ndarray, angles: np.ndarray) -> float:
-    """The greatest Z, as a word, at which the tool may touch one of some points, (n, 3), at rotary angles, (k,)."""
-    at_points = kin.close(points, np.broadcast_to(angles, (len(points), len(angles))))
-    _, axis = kin.forward(at_points[0])
-    along = kin.close(points[0] + axis, angles)[2] - at_points[0, 2]  # Z of the tool axis in the machine
-    return float(at_points[:, 2].max() + BODY * np.sqrt(max(1 - along**2, 0)))

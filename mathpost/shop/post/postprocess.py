@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,14 +12,14 @@ import numpy as np
 
 from mathpost.errors import InputError, MathpostError
 from mathpost.machine import Machine
-from mathpost.path.cl import CLData
+from mathpost.path.cl import CLData, commands
 from mathpost.shop.controls.blocks import Blocks, joined
 from mathpost.shop.controls.coordinates import Setup
 from mathpost.shop.controls.reader import Program, follow
 from mathpost.shop.controls.writer import state_rounding, write
 from mathpost.shop.post import proof
+from mathpost.shop.post.every_move import begins, lines_of, refuse_unsafe, where
 from mathpost.shop.post.options import Options
-from mathpost.shop.post.own_lines import refuse_unproved
 from mathpost.shop.post.own_words import as_run, own_words
 from mathpost.shop.post.report import Report, report_of
 from mathpost.shop.post.steps import Plan, ToolPath, plan, tool_paths
@@ -99,7 +100,6 @@ def postprocess(
     True
     """
     asked = Options.of(machine, **options)
-    refuse_unproved(machine, asked.control)
     progress = progress or (lambda stage: None)
     name = name or Path(cl.name).stem
     paths = tool_paths(cl, machine)
@@ -113,10 +113,14 @@ def postprocess(
     text = write(joined([each.moves.blocks for each in plans]), machine, asked.control, name=name)
 
     progress("reading back")
-    plans = _as_run(plans, follow(text, machine, asked.control, setup=Setup(offsets=origins), name=name))
+    own = lines_of(text, machine)
+    program = _read_back(text, machine, asked, Setup(offsets=origins, in_order=_lengths(paths)), name, own)
+    plans, starts, others = _as_run(plans, program, own)
 
     progress("proving")
     proofs = [_proof(each, asked) for each in plans]
+    interpolated = asked.control.rapid_interpolated
+    refuse_unsafe(plans, starts, program, others, text, own, name, interpolated=interpolated)
     left = asked.tolerance - max(each.path_tip_error for each in proofs)
     turned = np.degrees(asked.axis_tolerance) - max(each.path_axis_error for each in proofs)
     text = state_rounding(text, asked.control, left, turned)
@@ -142,15 +146,42 @@ def _origins(paths: list[ToolPath], options: Options) -> dict[str, tuple[float, 
     return origins
 
 
-def _as_run(plans: list[Plan], program: Program) -> list[Plan]:
-    """The plans with the moves that were read back."""
-    found, row = [], 0
+def _lengths(paths: list[ToolPath]) -> tuple[float, ...]:
+    """The lengths of the tools of some paths, in the order in which they are changed to, mm."""
+    found, held = [], None
+    for path in paths:
+        numbers = [tool.values[0] for record, tool in commands(path.cl.remarks, "tool") if record == 0]
+        if numbers and numbers[-1] != held:
+            held = numbers[-1]
+            found.append(path.kin.machine.tool_length)
+    return tuple(found)
+
+
+def _read_back(
+    text: str, machine: Machine, options: Options, setup: Setup, name: str, own: dict[int, str]
+) -> Program:  # fmt: skip
+    """The program as its text is read; an error in a line of the user's names its key in the machine file."""
+    try:
+        return follow(text, machine, options.control, setup=setup, name=name)
+    except InputError as error:
+        line = re.search(r", line (\d+)$", error.where)
+        if line is None:
+            raise
+        raise InputError(where(text, own, name, int(line[1])), error.expected, error.found) from None
+
+
+def _as_run(plans: list[Plan], program: Program, own: dict[int, str]) -> tuple[list[Plan], list[int], list[int]]:
+    """The plans with the moves that were read back, the rows at which each begins, and those that none has made."""
+    found, starts, others, row = [], [], [], 0
     for each in plans:
-        moves, row = as_run(each.path, each.moves, program, row)
+        starts.append(begins(program, each, row, own))
+        others += range(row, starts[-1])
+        moves, row = as_run(each.path, each.moves, program, starts[-1])
         found.append(replace(each, moves=moves))
-    if row != len(program.lines):
+    foot = range(row, len(program.lines))
+    if row > len(program.lines) or any(program.lines[each] not in own for each in foot):
         raise MathpostError(f"{row} ends of moves were written and {len(program.lines)} read back")
-    return found
+    return found, starts, [*others, *foot]
 
 
 def _proof(plan: Plan, options: Options) -> Proof:
@@ -159,6 +190,5 @@ def _proof(plan: Plan, options: Options) -> Proof:
     found = proof.prove(
         kin, plan.path.cl, moves.blocks, moves.motion, options.tolerance, options.axis_tolerance,
         real=options.real(kin.machine), rapid_interpolated=options.control.rapid_interpolated, left_out=moves.pecks,
-        lines=None if options.control.rapid_interpolated else plan.path.touched,
     )  # fmt: skip
     return replace(found, worst_record=plan.path.first + found.worst_record)

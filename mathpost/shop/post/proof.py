@@ -27,7 +27,7 @@ from mathpost.path.deviation import (
     stray,
 )
 from mathpost.shop.controls.blocks import Blocks
-from mathpost.shop.post.body import BODY, LEAST_BODY, in_body, may_be_rapid, moving, spread, touched
+from mathpost.shop.post.body import moving
 
 if TYPE_CHECKING:
     from mathpost.path.cl import CLData
@@ -62,11 +62,8 @@ def prove(
     real: ForwardKinematics | None = None,
     rapid_interpolated: bool = True,
     left_out: ArrayLike = (),
-    lines: np.ndarray | None = None,
 ) -> Proof:
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
-
-    `lines`, shape (2, k, 3), are those that all tools touch, by default this one.
 
     `MathpostError` if tip or tool axis are off the CL path by more than their tolerances, or a lifted tip goes into
     the part, or a block has another feed than the CL data, or less time than its feed and the rates of the machine
@@ -78,10 +75,7 @@ def prove(
         raise MathpostError(f"{cl.name}: the program is {tip:.6f} mm off the CL path, more than {tolerance} mm")
     if not axis <= (granted := np.degrees(axis_tolerance)):
         raise MathpostError(f"{cl.name}: the tool axis is {axis:.4f}° off its great circle, more than {granted:g}°")
-    if not rapid_interpolated:
-        _refuse_unknown_way(kin, cl, blocks, motion, lines)
     _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
-    _refuse_collision(kin, cl, blocks, motion, real)
     _refuse_other_feeds(cl, blocks, motion, slower=not rapid_interpolated)
     _refuse_too_fast(kin, cl, blocks, motion)
     return proof
@@ -191,19 +185,6 @@ def joints_of(kin: Kinematics, blocks: Blocks) -> np.ndarray:
     return joints
 
 
-def _refuse_unknown_way(
-    kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion, lines: np.ndarray | None
-) -> None:
-    """A rapid move whose way nobody knows must be clear on every one."""
-    rows = 1 + np.flatnonzero(blocks.rapid[1:])
-    if lines is None:
-        lines = touched([(cl, np.zeros(3))])
-    unsure = rows[~may_be_rapid(kin, joints_of(kin, blocks), rows, lines)]
-    if unsure.size:
-        unknown = "each axis runs at its own rate, and on its way the tool may meet what the path touches"
-        raise MathpostError(f"{cl.where(motion.place[unsure[0]])}: a rapid move to it: {unknown}")
-
-
 def _refuse_below_the_part(
     kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion, tolerance: float, real: ForwardKinematics | None
 ) -> None:
@@ -221,40 +202,6 @@ def _refuse_below_the_part(
         if not height.min() >= -tolerance:
             into = f"on its way there the lifted tool goes {-height.min():.3f} mm into the part"
             raise MathpostError(f"{cl.where(motion.place[moves[height.argmin()] + 1])}: {into}")
-
-
-def _refuse_collision(
-    kin: Kinematics, cl: CLData, blocks: Blocks, motion: Motion, real: ForwardKinematics | None
-) -> None:
-    """While the tool is off the part, its body must stay clear of the points that the path touches.
-
-    What else there is of the part nobody knows here. Points that the body takes in cut where it leaves the part or
-    comes back to it do not count, nor does the lift along the tool axis itself.
-    """
-    moves = np.flatnonzero(motion.lifted[:-1] & motion.lifted[1:])
-    if not moves.size:
-        return
-    machine, joints = real or kin, joints_of(kin, blocks)
-    length, records = max(kin.machine.tool_length, LEAST_BODY), spread(cl.points)
-    points = cl.points[records]
-    on_part = np.flatnonzero(~motion.lifted)
-    tips, axes = machine.forward(joints[on_part])
-    for some, t, tip, axis in sampled(machine, joints[moves], joints[moves + 1], least=LEAST_INTERVALS):
-        rows = moves[some]
-        line = tip[0] + t[..., None] * (tip[-1] - tip[0])
-        tip = np.where(blocks.tcp[rows + 1, None], line, tip)
-        for n, move in enumerate(rows):
-            hit = in_body(points, tip[:, n], axis[:, n], length)
-            if not hit.any():
-                continue
-            after = np.searchsorted(on_part, move)
-            ends = np.clip([after - 1, after], 0, len(on_part) - 1)
-            hit &= ~in_body(points, tips[ends], axes[ends], np.inf)
-            if hit.any():
-                record = int(records[hit.argmax()])
-                way = "to a safe position" if motion.far[move] else "lifted"
-                touched = f"its body, {2 * BODY:g} mm across, meets the point of record {cl.first + record + 1}"
-                raise MathpostError(f"{cl.where(motion.place[move + 1])}: on its way there, {way}, {touched}")
 
 
 def _refuse_other_feeds(cl: CLData, blocks: Blocks, motion: Motion, slower: bool) -> None:

@@ -35,10 +35,10 @@ from mathpost.shop.post.approach import (
     approaches,
     counted_from,
     from_safe,
-    over_all,
     unwound,
 )
-from mathpost.shop.post.body import may_be_rapid, touched
+from mathpost.shop.post.clear import CLEAR, Ways, judged
+from mathpost.shop.post.cuts import NOTHING, Cuts, touched
 from mathpost.shop.post.options import TOLERANCE, Options
 from mathpost.shop.post.time_law import block_times, tcp_times
 from mathpost.shop.post.ways import Crossing
@@ -55,12 +55,18 @@ class ToolPath:
     offset: int | None = None  # number of the work offset that its points count from, if one is stated
     # Shape (3,), mm, from the origin of the first part of the path to that of this one.
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    parts: tuple[tuple[CLData, np.ndarray], ...] = ()  # all parts of the path, each with its shift
+    cuts: Cuts = NOTHING  # what the tools of all parts of the path cut, counted from the origin of the first part
 
     @cached_property
-    def touched(self) -> np.ndarray:
-        """The lines that all tools touch, see `mathpost.shop.post.body.touched`."""
-        return touched([(cl, shift - self.shift) for cl, shift in self.parts])
+    def touched(self) -> Cuts:
+        """The same, counted from the origin of this part."""
+        return self.cuts.moved(-self.shift) if self.shift.any() else self.cuts
+
+    def ways(self, joints: np.ndarray, motion: Motion, blocks: Blocks, interpolated: bool) -> Ways:
+        """Return how the moves of a motion go, their `joints` as rounded in words."""
+        cuts = np.r_[motion.at_feed(self.cl), False]
+        straight = interpolated | ~blocks.rapid
+        return Ways(joints, self.first + motion.place, straight, blocks.tcp, cuts)
 
 
 @dataclass(frozen=True)
@@ -124,8 +130,8 @@ def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
         first = part.first - cl.first
         last = first + len(part) == len(cl)
         paths.append(ToolPath(Kinematics(with_setup), part, first, last, offset, shift))
-    parts = tuple((path.cl, path.shift) for path in paths)
-    return [replace(path, parts=parts) for path in paths]
+    cuts = touched([(path.cl, path.shift) for path in paths])
+    return [replace(path, cuts=cuts) for path in paths]
 
 
 def what_the_control_holds(path: ToolPath, options: Options, planes: bool = False) -> list[str]:
@@ -206,12 +212,6 @@ def plan(
         remarks.insert(behind, (0, approach_command(path, moves.blocks, safe)))
         if before is None and any(row == 0 for row, _ in commands(remarks, "tool")):
             remarks.insert(min(begun), (0, Command("safe", (safe[2],), "")))
-    if safe is not None and comes:
-        wanted = motion.joints[int(goes_on), 3:]
-        standing = wanted if before is None else before.moves.motion.joints[-1, 3:]
-        if not over_all(path, standing, wanted):
-            way = f"on the way to record {path.first + 1} it may meet that"
-            cautions = (*cautions, f"at the safe Z the tool is not above all that the path touches: {way}")
     moves = replace(moves, blocks=replace(moves.blocks, remarks=tuple(remarks)))
     refuse_turning_compensation(path, moves.blocks)
     return Plan(path, chosen, found, moves, measured, cautions)
@@ -357,7 +357,8 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     rapid = wanted.copy()
     if not options.control.rapid_interpolated:
         rows = 1 + np.flatnonzero(wanted[1:])  # the first comes from where nobody knows, at the safe position
-        rapid[rows] = may_be_rapid(kin, motion.joints, rows, path.touched if rows.size else np.empty((2, 0, 3)))
+        ways = Ways(motion.joints, path.first + motion.place, ~wanted, tcp, np.r_[motion.at_feed(cl), False])
+        rapid[rows] = judged(kin, ways, rows, path.touched) == CLEAR
     by_time = ((turning & ~np.isnan(feeds)) | wanted) & ~rapid
     if options.control.turning_feed != "time":
         by_time &= ~tcp

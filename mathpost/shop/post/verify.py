@@ -15,8 +15,11 @@ from mathpost.shop.controls.blocks import Blocks, joined
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
 from mathpost.shop.controls.reader import Program, follow
-from mathpost.shop.post.along import Along, Moves, along, kinematics_of
-from mathpost.shop.post.body import BODY, may_be_rapid, moving, touched
+from mathpost.shop.post.along import Along, Moves, along, kinematics_of, stretches
+from mathpost.shop.post.body import BODY
+from mathpost.shop.post.clear import MEETS, UNJUDGED, Ways, judged
+from mathpost.shop.post.cuts import touched
+from mathpost.shop.post.every_move import why_unsafe
 from mathpost.shop.post.explained import Case, explain
 from mathpost.shop.post.options import TOLERANCE
 from mathpost.shop.post.pace import SAME_FEED, Pace, pace
@@ -44,9 +47,10 @@ class Verified:
     outside: tuple[tuple[int, str], ...]  # a block from 0, which joints are out of travel there or on the way
     swings: tuple[tuple[int, str, float], ...]  # (block, name of the axis, degrees)
     pole: tuple[tuple[int, int, float], ...]  # (first block, last block, least angle from the pole in degrees)
-    # Where each axis runs at its own rate in rapid traverse, the blocks on whose way the tool may meet a cut,
-    unsure: tuple[int, ...] | None
-    unjudged: tuple[int, ...]  # and those that nobody judges: rotary axes turn while others move
+    unsure: tuple[int, ...]  # blocks on whose way in rapid traverse the tool may meet a cut,
+    unjudged: tuple[int, ...]  # those that nobody judges: rotary axes turn while others move, each at its own rate,
+    blind: tuple[tuple[int, str], ...]  # and lines from or to where nobody knows all axes, with what may be wrong
+    together: bool  # whether in rapid traverse all axes arrive together, on a line
     seconds: float  # by the time law; 0 if neither feeds nor rates are known
     records: int  # of the CL data, 0 without
     along: Along | None  # with CL data
@@ -89,8 +93,9 @@ class Verified:
             "outside": [{"line": self.line(block), "why": why} for block, why in self.outside],
             "swings": [{"line": self.line(b), "axis": name, "degrees": turn} for b, name, turn in self.swings],
             "pole": [{"from": self.line(a), "to": self.line(b), "degrees": least} for a, b, least in self.pole],
-            "unsure": None if self.unsure is None else [self.line(block) for block in self.unsure],
+            "unsure": [self.line(block) for block in self.unsure],
             "unjudged": [self.line(block) for block in self.unjudged],
+            "blind": [{"line": line, "why": why} for line, why in self.blind],
             "seconds": self.seconds,
             "skipped": self.program.skipped,
             "rapid": [{"line": self.line(b), "record": r + 1} for b, r in (self.pace.rapid if self.pace else ())],
@@ -132,15 +137,16 @@ class Verified:
         return [(key, each) for each in sentences[:SHOWN]] + ([(key, f"and {more} more")] if more > 0 else [])
 
     def _ways(self) -> list[tuple[str, str]]:
-        """What is known of the ways in rapid traverse if each axis runs at its own rate."""
-        if self.unsure is None:
-            return []
-        meets = f"on its way the tool, {2 * BODY:g} mm across, may meet what is cut: the axes arrive in any order"
+        """What is known of the ways in rapid traverse."""
+        order = "the axes arrive together" if self.together else "in whatever order the axes arrive"
+        meets = f"on its way the tool, {2 * BODY:g} mm across, may meet what is cut, {order}"
         unsure = [f"line {self.line(block)}: {meets}" for block in self.unsure]
-        rows = self._several("rapid ways", unsure, "clear of all cuts, in whatever order the axes arrive")
+        rows = self._several("rapid ways", unsure, f"clear of all cuts, {order}")
         if self.unjudged:
             turn = f"line {self.line(self.unjudged[0])} first, {len(self.unjudged)} in all"
             rows.append(("not judged", f"rapid moves in which rotary axes turn together or with others: {turn}"))
+        if self.blind:
+            rows += self._several("not clear", [f"line {line}: {why}" for line, why in self.blind], "")
         if len(self.program.machines) > 1:
             rows.append(("not judged", "a rapid move that is the first after a change of tool or origin"))
         return rows
@@ -227,7 +233,8 @@ def verify(
             explained = explain(case, compared.off)
     return Verified(
         name, control.name, program, joints, tips, axes, names, _outside(program, joints, kin),
-        _swings(joints, names), _near_pole(axes, kin), *_rapid_ways(program, simulated, control, cl),
+        _swings(joints, names), _near_pole(axes, kin), *_rapid_ways(program, simulated, control, cl, compared),
+        control.rapid_interpolated,
         _seconds(program, control), 0 if cl is None else len(cl),
         compared, paces, explained,
     )  # fmt: skip
@@ -311,29 +318,41 @@ def _near_pole(axes: np.ndarray, kin: list[Kinematics]) -> tuple[tuple[int, int,
 
 
 def _rapid_ways(
-    program: Program, simulated: Simulated, control: Control, cl: CLData | None
-) -> tuple[tuple[int, ...] | None, tuple[int, ...]]:
-    """Blocks on whose way in rapid traverse the tool may meet a cut, and those that are not judged.
+    program: Program, simulated: Simulated, control: Control, cl: CLData | None, along: Along | None
+) -> tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, str], ...]]:
+    """Blocks on whose way in rapid traverse the tool may meet a cut, those that are not judged, and other lines.
 
-    What is cut the CL data say; without them it is all that the program runs along at a feed.
+    The third are lines with moves from or to where nobody knows all axes, and what may be wrong with each. What is
+    cut the CL data say; without them it is all that the program runs along at a feed.
     """
-    if control.rapid_interpolated:
-        return None, ()
     joints, tips, axes, kin = simulated
-    if cl is not None:
-        cut = replace(cl, points=cl.points + kin[-1].machine.origin)
+    blocks, interpolated = program.blocks, control.rapid_interpolated
+    blind = {each.block for each in program.blind if not np.isnan(each.end).any()}
+    from_known = ~np.isin(np.arange(len(kin)), list(blind))
+    if cl is not None and along is not None:
+        origin = kin[-1].machine.origin
+        cuts = touched([(part, origin) for part, _, _ in cl.by_setup()])
+        place = np.nan_to_num(np.fmax.accumulate(along.place), nan=-1.0)
     else:
-        cut = replace(from_arrays(tips + [each.machine.origin for each in kin], axes), rapid=program.blocks.rapid)
+        origins = np.array([each.machine.origin for each in kin])
+        cuts = touched(
+            [(replace(from_arrays(tips + origins, axes), rapid=blocks.rapid | ~from_known), np.zeros(3))]
+        )
+        place = np.arange(len(kin), dtype=float)
+    ways = Ways(joints, place, interpolated | ~blocks.rapid, blocks.tcp, np.r_[~blocks.rapid[1:], False])
     unsure, unjudged = [], []
-    for machine in dict.fromkeys(kin):
-        same = np.array([each is machine for each in kin])
-        rows = 1 + np.flatnonzero(same[1:] & same[:-1] & program.blocks.rapid[1:])
-        steps = moving(machine, joints)[rows - 1]
-        turns = steps[:, 3:].any(axis=1) & (steps.sum(axis=1) > 1)
-        unjudged += rows[turns].tolist()
-        lines = touched([(cut, -np.asarray(machine.machine.origin))])
-        unsure += rows[~turns][~may_be_rapid(machine, joints, rows[~turns], lines)].tolist()
-    return tuple(sorted(unsure)), tuple(sorted(unjudged))
+    for each, rows in stretches(program.machines, len(kin)):
+        first = rows.start + 1
+        moves = first + np.flatnonzero(blocks.rapid[first : rows.stop] & from_known[first : rows.stop])
+        found = judged(each, ways, moves, cuts.moved(np.negative(each.machine.origin)))
+        unsure += moves[found == MEETS].tolist()
+        unjudged += moves[found == UNJUDGED].tolist()
+    others = []
+    for step in program.blind:
+        before = float(place[step.block - 1]) if step.block else -1.0
+        if why := why_unsafe(step, cuts.moved(np.negative(step.machine.origin)), before, interpolated):
+            others.append((step.line, why))
+    return tuple(unsure), tuple(unjudged), tuple(others)
 
 
 def _seconds(program: Program, control: Control) -> float:
