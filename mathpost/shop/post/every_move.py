@@ -8,7 +8,8 @@ may be anywhere in their travel.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -68,8 +69,10 @@ def begins(program: Program, plan: Plan, first: int, own: dict[int, str]) -> int
 def refuse_unsafe(
     plans: Sequence[Plan], starts: Sequence[int], program: Program, others: Iterable[int], text: str,
     own: dict[int, str], name: str, *, interpolated: bool,
-) -> None:  # fmt: skip
-    """Raise `MathpostError` for the first move of a program that is out of travel, or not clear of what is cut.
+) -> list[Plan]:  # fmt: skip
+    """Return the plans with cautions on rapid moves of the CL data that are not clear of what is cut.
+
+    `MathpostError` for the first other move of a program that is not, or that is out of travel.
 
     `starts` are the rows of the program at which the plans begin, `others` those that no plan made, `own` the
     user's lines from `lines_of`.
@@ -84,8 +87,7 @@ def refuse_unsafe(
         why = why_unsafe(step, cuts.moved(np.negative(step.machine.origin)), place, interpolated)
         if why:
             raise MathpostError(f"{where(text, own, name, step.line)}: {why}")
-    for plan in plans:
-        _refuse_planned(plan, interpolated)
+    return [replace(plan, cautions=(*plan.cautions, *_cautions(plan, interpolated))) for plan in plans]
 
 
 def _steps(program: Program, rows: Sequence[int]) -> list[Blind]:
@@ -100,8 +102,8 @@ def _steps(program: Program, rows: Sequence[int]) -> list[Blind]:
     return sorted(nowhere, key=lambda step: step.line)
 
 
-def _refuse_planned(plan: Plan, interpolated: bool) -> None:
-    """The moves that a plan has made: in the air, or rapid on the part."""
+def _cautions(plan: Plan, interpolated: bool) -> Iterator[str]:
+    """Refuse a lifted way of a plan that is not clear; say which rapid moves of the CL data themselves are not."""
     path, motion, blocks = plan.path, plan.moves.motion, plan.moves.blocks
     rows = 1 + np.flatnonzero(~motion.at_feed(path.cl))
     if not rows.size:
@@ -109,12 +111,16 @@ def _refuse_planned(plan: Plan, interpolated: bool) -> None:
     found = judged(
         path.kin, path.ways(joints_of(path.kin, blocks), motion, blocks, interpolated), rows, path.touched
     )
-    if (found == CLEAR).all():
-        return
-    row = int(rows[(found != CLEAR).argmax()])
-    kind = "to a safe position" if motion.far[row - 1] else "lifted" if motion.lifted[row] else "in rapid traverse"
-    meets = f"its body, {2 * BODY:g} mm across, meets what the path cuts, or nobody knows the way"
-    raise MathpostError(f"{path.cl.where(motion.place[row])}: on its way there, {kind}, {meets}")
+    bad, body = rows[found != CLEAR], f"the tool's body, {2 * BODY:g} mm across"
+    if (lifted := bad[~motion.in_cut[bad - 1]]).size:
+        row = int(lifted[0])
+        way = "to a safe position" if motion.far[row - 1] else "lifted"
+        meets = f"{body}, meets the point of a cut, or nobody knows its way"
+        raise MathpostError(f"{path.cl.where(motion.place[row])}: on its way there, {way}, {meets}")
+    if bad.size:
+        record = path.first + int(motion.record[bad[0]]) + 1
+        meets = f"in which {body}, meets what is cut, {bad.size}"
+        yield f"rapid moves of the CL data {meets}: the first to record {record}"
 
 
 def why_unsafe(step: Blind, cuts: Cuts, place: float, interpolated: bool) -> str:

@@ -120,7 +120,7 @@ def postprocess(
     progress("proving")
     proofs = [_proof(each, asked) for each in plans]
     interpolated = asked.control.rapid_interpolated
-    refuse_unsafe(plans, starts, program, others, text, own, name, interpolated=interpolated)
+    plans = refuse_unsafe(plans, starts, program, others, text, own, name, interpolated=interpolated)
     left = asked.tolerance - max(each.path_tip_error for each in proofs)
     turned = np.degrees(asked.axis_tolerance) - max(each.path_axis_error for each in proofs)
     text = state_rounding(text, asked.control, left, turned)
