@@ -87,6 +87,12 @@ def deepest(seed, machines=MACHINES, controls=CONTROLS):
     worst, several = 0.0, 0
     for move in moves:
         ends = [np.r_[move.nose(model, t), move.angles(t)] for t in (0.0, 1.0)]
+        if move.kind == "feed" and not np.isnan(ends).any():  # what the tool has had in it is air
+            for part in np.linspace(0, 1, 30):
+                tip, axis = model.place(move.nose(model, part), move.angles(part), move.tool_length)
+                off = swept - tip
+                along = off @ axis
+                swept = swept[(along <= 0) | (np.linalg.norm(off - along[:, None] * axis, axis=1) > RADIUS)]
         if move.kind != "rapid" or move.cycle or np.isnan(ends).any():
             continue
         moving = (np.abs(ends[1] - ends[0]) > 2e-3).sum()

@@ -95,7 +95,8 @@ def above(path: ToolPath, joints: np.ndarray, clearance: float) -> np.ndarray:
     From there the tool may go on in any direction that does not lead back.
     """
     tips, axes = path.kin.forward(joints)
-    height = [max(0.0, np.max((path.cl.points - tip) @ axis)) for tip, axis in zip(tips, axes, strict=True)]
+    points = np.concatenate([path.cl.points, path.touched.lines.reshape(-1, 3)])  # those of all tools
+    height = [max(0.0, np.max((points - tip) @ axis)) for tip, axis in zip(tips, axes, strict=True)]
     return lifted(path.kin, joints, np.array(height)[:, None] + clearance)
 
 

@@ -29,15 +29,15 @@ class Ways:
     place: np.ndarray  # shape (n,), how far on the path all cuts before the end of each row are
     straight: np.ndarray  # shape (n,), whether all axes arrive at each row together
     tcp: np.ndarray  # shape (n,), and then the tip goes straight, not the joints
-    onto: np.ndarray  # shape (n,), whether a cut begins at each row
+    onto: np.ndarray  # shape (n,), the row at which the CL data go on behind the move to each row, or -1
 
 
 def judged(kin: Kinematics, ways: Ways, rows: np.ndarray, cuts: Cuts) -> np.ndarray:
     """Return for the moves to some rows whether the tool is `CLEAR` of all that is cut, or `MEETS` it, or neither.
 
     Of axes that arrive at their own times every order counts: that is judged while slides move, or while one rotary
-    axis turns alone. What the tool has in its body where a cut begins is that cut's own, and does not count; but if
-    it comes there along its own axis no more than its end, `BODY` mm, is.
+    axis turns alone. What the tool has in its body, or above, where the CL data go on is theirs, and does not
+    count; but if it comes there along its own axis no more than its end, `BODY` mm, is.
     """
     joints = ways.joints
     steps = moving(kin, joints)[rows - 1]
@@ -83,10 +83,9 @@ def _are_there(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, points: np.nda
     if not len(points):
         return False
     there = ~cuts.gone(points, ways.place[row - 1])
-    if ways.onto[row]:
-        tips, axes = kin.forward(ways.joints[[row - 1, row]])
-        way = tips[1] - tips[0]
-        plunge = np.linalg.norm(np.cross(way, axes[1])) < ABOVE
+    if (onto := ways.onto[row]) >= 0:
+        tips, axes = kin.forward(ways.joints[[row - 1, onto]])
+        plunge = onto == row and np.linalg.norm(np.cross(tips[1] - tips[0], axes[1])) < ABOVE
         there &= ~in_body(points, tips[1:], axes[1:], BODY if plunge else np.inf)
     return bool(there.any())
 

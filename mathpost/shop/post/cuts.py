@@ -63,13 +63,14 @@ class Cuts:
         across = way - rise[:, None] * axis
         square = np.vecdot(across, across)
         off = points[:, None] - start
-        flat = square > ABOVE**2
-        t = np.clip(np.einsum("nki,ki->nk", off, across) / np.where(flat, square, np.inf), 0, 1)
-        t = np.where(~flat & (rise < 0), 1.0, t)  # straight down: from the lower end
-        off -= t[..., None] * way
-        along = np.einsum("nki,ki->nk", off, axis)
-        beside = np.vecdot(off, off) - along**2
-        return ((along > 0) & (beside < (BODY + BORDER) ** 2)).any(axis=1)
+        nearest = np.einsum("nki,ki->nk", off, across) / np.maximum(square, ABOVE**2)
+        found = np.zeros(len(points), bool)
+        for share in (0.0, np.clip(nearest, 0, 1), 1.0):  # beside the line, or at the lower one of its ends
+            from_tip = off - np.asarray(share)[..., None] * way
+            along = np.einsum("nki,ki->nk", from_tip, axis)
+            beside = np.vecdot(from_tip, from_tip) - along**2
+            found |= ((along > 0) & (beside < (BODY + BORDER) ** 2)).any(axis=1)
+        return found
 
 
 NOTHING = Cuts(np.empty((2, 0, 3)), np.empty((0, 3)), np.empty(0))

@@ -108,9 +108,8 @@ def _cautions(plan: Plan, interpolated: bool) -> Iterator[str]:
     rows = 1 + np.flatnonzero(~motion.at_feed(path.cl))
     if not rows.size:
         return
-    found = judged(
-        path.kin, path.ways(joints_of(path.kin, blocks), motion, blocks, interpolated), rows, path.touched
-    )
+    ways = path.ways(joints_of(path.kin, blocks), motion, interpolated | ~blocks.rapid, blocks.tcp)
+    found = judged(path.kin, ways, rows, path.touched)
     bad, body = rows[found != CLEAR], f"the tool's body, {2 * BODY:g} mm across"
     if (lifted := bad[~motion.in_cut[bad - 1]]).size:
         row = int(lifted[0])
@@ -141,7 +140,9 @@ def why_unsafe(step: Blind, cuts: Cuts, place: float, interpolated: bool) -> str
         return f"the tip moves, and nobody knows where {lacking} stand"
     if not missing.any():
         one = np.ones(2, bool)
-        ways = Ways(np.array([start, end]), np.full(2, place), one * interpolated, one * step.tcp, one * False)
+        ways = Ways(
+            np.array([start, end]), np.full(2, place), one * interpolated, one * step.tcp, np.array([-1, -1])
+        )
         if judged(kin, ways, np.array([1]), cuts)[0] == CLEAR:
             return ""
     else:

@@ -62,11 +62,14 @@ class ToolPath:
         """The same, counted from the origin of this part."""
         return self.cuts.moved(-self.shift) if self.shift.any() else self.cuts
 
-    def ways(self, joints: np.ndarray, motion: Motion, blocks: Blocks, interpolated: bool) -> Ways:
-        """Return how the moves of a motion go, their `joints` as rounded in words."""
-        cuts = np.r_[motion.at_feed(self.cl), False]
-        straight = interpolated | ~blocks.rapid
-        return Ways(joints, self.first + motion.place, straight, blocks.tcp, cuts)
+    def ways(self, joints: np.ndarray, motion: Motion, straight: np.ndarray, tcp: np.ndarray) -> Ways:
+        """Return how the moves of a motion go; `joints` as rounded in words, the others as in `Ways`."""
+        rows = np.arange(len(joints))
+        on_part = np.append(np.flatnonzero(~motion.lifted), -1)
+        onto = on_part[np.searchsorted(on_part[:-1], rows)]  # behind a lifted way
+        cuts = np.append(motion.at_feed(self.cl), False)
+        onto = np.where(np.append(False, motion.in_cut) & ~cuts, -1, onto)
+        return Ways(joints, self.first + motion.place, straight, tcp, onto)
 
 
 @dataclass(frozen=True)
@@ -357,7 +360,7 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     rapid = wanted.copy()
     if not options.control.rapid_interpolated:
         rows = 1 + np.flatnonzero(wanted[1:])  # the first comes from where nobody knows, at the safe position
-        ways = Ways(motion.joints, path.first + motion.place, ~wanted, tcp, np.r_[motion.at_feed(cl), False])
+        ways = path.ways(motion.joints, motion, ~wanted, tcp)
         rapid[rows] = judged(kin, ways, rows, path.touched) == CLEAR
     by_time = ((turning & ~np.isnan(feeds)) | wanted) & ~rapid
     if options.control.turning_feed != "time":

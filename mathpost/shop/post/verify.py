@@ -339,7 +339,8 @@ def _rapid_ways(
             [(replace(from_arrays(tips + origins, axes), rapid=blocks.rapid | ~from_known), np.zeros(3))]
         )
         place = np.arange(len(kin), dtype=float)
-    ways = Ways(joints, place, interpolated | ~blocks.rapid, blocks.tcp, np.r_[~blocks.rapid[1:], False])
+    onto = np.where(np.append(~blocks.rapid[1:], False), np.arange(len(kin)), -1)
+    ways = Ways(joints, place, interpolated | ~blocks.rapid, blocks.tcp, onto)
     unsure, unjudged = [], []
     for each, rows in stretches(program.machines, len(kin)):
         first = rows.start + 1
