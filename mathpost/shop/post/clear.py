@@ -30,6 +30,7 @@ class Ways:
     straight: np.ndarray  # shape (n,), whether all axes arrive at each row together
     tcp: np.ndarray  # shape (n,), and then the tip goes straight, not the joints
     onto: np.ndarray  # shape (n,), the row at which the CL data go on behind the move to each row, or -1
+    lifted: np.ndarray  # shape (n,), whether the move to each row is one of approach or retract
 
 
 def judged(kin: Kinematics, ways: Ways, rows: np.ndarray, cuts: Cuts) -> np.ndarray:
@@ -37,7 +38,7 @@ def judged(kin: Kinematics, ways: Ways, rows: np.ndarray, cuts: Cuts) -> np.ndar
 
     Of axes that arrive at their own times every order counts: that is judged while slides move, or while one rotary
     axis turns alone. What the tool has in its body, or above, where the CL data go on is theirs, and does not
-    count; but if it comes there along its own axis no more than its end, `BODY` mm, is.
+    count; but if a rapid move comes there along its own axis no more than its end, `BODY` mm, is.
     """
     joints = ways.joints
     steps = moving(kin, joints)[rows - 1]
@@ -85,7 +86,9 @@ def _are_there(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, points: np.nda
     there = ~cuts.gone(points, ways.place[row - 1])
     if (onto := ways.onto[row]) >= 0:
         tips, axes = kin.forward(ways.joints[[row - 1, onto]])
-        plunge = onto == row and np.linalg.norm(np.cross(tips[1] - tips[0], axes[1])) < ABOVE
+        plunge = (
+            onto == row and not ways.lifted[row] and np.linalg.norm(np.cross(tips[1] - tips[0], axes[1])) < ABOVE
+        )
         there &= ~in_body(points, tips[1:], axes[1:], BODY if plunge else np.inf)
     return bool(there.any())
 

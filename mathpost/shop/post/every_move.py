@@ -141,8 +141,8 @@ def why_unsafe(step: Blind, cuts: Cuts, place: float, interpolated: bool) -> str
     if not missing.any():
         one = np.ones(2, bool)
         ways = Ways(
-            np.array([start, end]), np.full(2, place), one * interpolated, one * step.tcp, np.array([-1, -1])
-        )
+            np.array([start, end]), np.full(2, place), one * interpolated, one * step.tcp, np.array([-1, -1]), ~one
+        )  # fmt: skip
         if judged(kin, ways, np.array([1]), cuts)[0] == CLEAR:
             return ""
     else:

@@ -69,7 +69,7 @@ class ToolPath:
         onto = on_part[np.searchsorted(on_part[:-1], rows)]  # behind a lifted way
         cuts = np.append(motion.at_feed(self.cl), False)
         onto = np.where(np.append(False, motion.in_cut) & ~cuts, -1, onto)
-        return Ways(joints, self.first + motion.place, straight, tcp, onto)
+        return Ways(joints, self.first + motion.place, straight, tcp, onto, np.append(True, ~motion.in_cut))
 
 
 @dataclass(frozen=True)

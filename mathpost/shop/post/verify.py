@@ -340,7 +340,7 @@ def _rapid_ways(
         )
         place = np.arange(len(kin), dtype=float)
     onto = np.where(np.append(~blocks.rapid[1:], False), np.arange(len(kin)), -1)
-    ways = Ways(joints, place, interpolated | ~blocks.rapid, blocks.tcp, onto)
+    ways = Ways(joints, place, interpolated | ~blocks.rapid, blocks.tcp, onto, np.zeros(len(kin), bool))
     unsure, unjudged = [], []
     for each, rows in stretches(program.machines, len(kin)):
         first = rows.start + 1
