@@ -148,9 +148,7 @@ def test_dialects_agree(dialect, tmp_path, capsys):
     )
     for tcp in ([], ["--tcp"]):
         run = Run(capsys, cl, DATA / "machines/ac_table.toml", dialect, *tcp, lengths={2: 80.0})
-        cut = [
-            move for move in run.moves if move.kind == "feed" and move.seconds > 0.1
-        ]  # some rapid moves are G1
+        cut = [move for move in run.moves if move.kind == "feed" and move.seconds > 0.1]  # some rapid moves are G1
         depth = min(run.samples.tip, key=lambda tip: tip @ [0, -0.6, 0.8])
         assert np.allclose(depth, np.array([10, -10, 10]) - 12 * np.array([0, -0.6, 0.8]), atol=1e-3)
         assert math.isclose(cut[0].seconds, 15 / 150 * 60, abs_tol=0.01)
