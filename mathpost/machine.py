@@ -287,7 +287,7 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
         limits_of=linear.take("limits_of", *one_of("slides", "words"), "slides"),
         safe=_safe(linear),
         home=_home(linear, [entry.get("name") for entry in rotary]),
-        skip=tuple(program.take("skip", each(some_text), "a list of words", ())),
+        skip=tuple(program.take("skip", each(str), "a list of words", ())),
         **{name: tuple(program.take(key, each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
     )
     for table in (file, workpiece, tool, linear, program):

@@ -64,6 +64,11 @@ def test_z_goes_up_before_other_axes_move(lines):
 
 def test_what_moves_nothing_is_declared():
     assert "M250 P1" in made("fanuc", base=replace(TABLE, skip=("M250 P{}",)), program_foot=["M250 P1"]).program
+    content = read_toml(DATA / "machines/ac_table.toml")
+    content["program"] = {"skip": ["M250 P{}"]}
+    content["linear"]["home"] = {"Z": 400.0}
+    asked = machine.from_dict(content)
+    assert asked.skip == ("M250 P{}",) and dict(asked.home) == {"Z": 400.0}
     with pytest.raises(MathpostError, match="'G28', home"):
         made("fanuc", base=replace(TABLE, skip=("G28",)))
 

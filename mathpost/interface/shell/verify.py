@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     path = cl.read(options.cl) if options.cl else None
     lengths = _lengths(options.tools) if options.tools else _of_cl(path)
     text = read_bytes(options.program).decode("utf-8-sig", "replace")
-    tables = Setup(offsets, lengths, _start(options.start, setup))
+    tables = Setup(offsets, lengths, start=_start(options.start, setup))
     words = control.load(options.dialect)
     words = replace(words, read=words.read | {word.upper(): "skip" for word in options.skip})
     found = verify(

@@ -31,9 +31,8 @@ class Setup:
     offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
     # Lengths by the number or name of the tool, mm; None: nobody asks for them, all tools are the machine file's.
     lengths: dict[str, float] | None = None
-    in_order: tuple[
-        float, ...
-    ] = ()  # or those of the tools, whatever their names, in the order of their changes, mm
+    # Or those of the tools, whatever their names, in the order of their changes, mm.
+    in_order: tuple[float, ...] = ()
     start: dict[str, float] = field(default_factory=dict)  # words of axes before the first block, mm and degrees
 
 

@@ -172,7 +172,10 @@ def _read_back(
 
 def _as_run(plans: list[Plan], program: Program, own: dict[int, str]) -> tuple[list[Plan], list[int], list[int]]:
     """The plans with the moves that were read back, the rows at which each begins, and those that none has made."""
-    found, starts, others, row = [], [], [], 0
+    found: list[Plan] = []
+    starts: list[int] = []
+    others: list[int] = []
+    row = 0
     for each in plans:
         starts.append(begins(program, each, row, own))
         others += range(row, starts[-1])
