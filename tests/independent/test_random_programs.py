@@ -60,7 +60,8 @@ def test_the_report_says_what_the_program_does(seed):
         result = postprocess(path, machine.from_dict(data), dialect=dialect, tcp=bool(rng.integers(2)), **options)
     except MathpostError as error:
         assert any(
-            why in str(error) for why in ("it needs an axis tolerance of", "out of reach", "meets the point")
+            why in str(error)
+            for why in ("it needs an axis tolerance of", "out of reach", "lifted, the tool's body")
         )
         return
     held = float(data["tool"]["length"]) if length is None else length
