@@ -38,7 +38,6 @@ PROBES = np.array([(20, 0, 50), (20, 35, 50), (-15, 70, 25)], dtype=float)
 QUATERNION_PROBES = np.array([(0.8, 0.6, 0, 0), (0.5, -0.1, 0.7, 0.3)])
 POINT = np.array([1.0, 2.0, 3.0])
 APART = 0.05
-CYCLE = 1e-3  # of an entry of a matrix
 MOST = 6
 ANGLES = "first second third".split()
 
@@ -281,14 +280,14 @@ def _difference(given: _Said, answer: _Said) -> str:
     second = _readings(answer, simple=True)[0].matrix(answer.kind, answer.values)
     left, _, right = np.linalg.svd(first.T @ second)
     axis, angle = euler.to_axis_angle(left @ right, degrees=True)
-    about = " ".join(f"{x:z.4f}" for x in axis)
+    about, allowed = " ".join(f"{x:z.4f}" for x in axis), max(1e-3, 2 * (given.allowed + answer.allowed))
     said = f"They differ by {angle:.4f}° about ({about}), seen from the first."
     same = ["XYZ"[n] for n in range(3) if np.abs(first[:, n] - second[:, n]).max() < 1e-6]
     tool = ": the same tool axis, turned about itself" * (same == ["Z"])
-    return said + (f" Both have the same {same[0]} axis{tool}." if same else "") + _cycle(first, second)
+    return said + (f" Both have the same {same[0]} axis{tool}." if same else "") + _cycle(first, second, allowed)
 
 
-def _cycle(first: np.ndarray, second: np.ndarray) -> str:
+def _cycle(first: np.ndarray, second: np.ndarray, allowed: float) -> str:
     """Say whether the axes of two matrices are the same in a cycle: the turned ones, the fixed ones, or both."""
     for order in ("yzx", "zxy"):
         turn = np.eye(3)[:, ["xyz".index(axis) for axis in order]]  # turn.T @ v has the entries of v in this order
@@ -297,7 +296,7 @@ def _cycle(first: np.ndarray, second: np.ndarray) -> str:
             ("fixed axes", turn.T @ first),
             ("axes, turned and fixed,", turn.T @ first @ turn),
         ):
-            if np.abs(made - second).max() < CYCLE:
+            if np.abs(made - second).max() < allowed:
                 return (
                     f" The {said} are exchanged in a cycle: x y z of the second are {' '.join(order)} of the first."
                 )

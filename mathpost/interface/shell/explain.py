@@ -35,7 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "read: coordinates in the turned frame; active, as a --result alone is: turned with it")  # fmt: skip
     add("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="may be given again")
     add("--origin", **THREE, metavar=("X", "Y", "Z"), help="of the turned frame")
-    add("--matrix", nargs=9, type=number, metavar="M", help="the answer, row by row, instead of points")
+    add("--matrix", nargs=9, type=number, metavar="M", help="row by row: the answer "
+        "instead of points; with --result, the rotation that is known")  # fmt: skip
     add("--machine", **FILE, help="machine file: explain its words")
     add("--axis", **THREE, action="append", metavar=("I", "J", "K"), help="tool axis of the CL data")
     add("--tip", **THREE, action="append", metavar=("X", "Y", "Z"), help="tool tip of the CL data")
@@ -75,13 +76,13 @@ def _rows(options: argparse.Namespace, *names: str) -> list[list]:
 
 def _of_rotation(options: argparse.Namespace) -> Explanation:
     """Explain an answer that involves no machine."""
-    given = options.angles or options.quaternion
+    given = options.angles or options.quaternion or (options.result and options.matrix)
     of_points = {
         "sequence": options.sequence,
         "origin": options.origin,
         "convention": options.convention or "passive",
     }
-    if options.matrix is not None:
+    if options.matrix is not None and options.matrix is not given:
         _need(options, "angles")
         answer = [options.matrix[n : n + 3] for n in (0, 3, 6)]
         return explain(options.angles, None, answer, **of_points)
