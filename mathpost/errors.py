@@ -1,11 +1,15 @@
 """The package's own errors, and where most of them arise: a caller's arrays, and files read and written."""
 
+from __future__ import annotations
+
 import re
 import traceback
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"  # a decimal number as CL files, NC programs and worksheets write it
 
@@ -57,7 +61,9 @@ def internal(error: Exception) -> str:
 
 def as_array(values: ArrayLike, length: int, where: str) -> np.ndarray:
     """Return `values` as a float array of shape ``(..., length)``, all finite, or raise `InputError`."""
-    if np.ma.is_masked(values):
+    import numpy as np  # here, as the shell has errors before it needs arrays
+
+    if np.any(getattr(values, "mask", False)):  # as np.ma would say, which takes long to load
         raise InputError(where, "numbers", "masked ones")
     try:
         array = np.asarray(values, dtype=float)

@@ -9,6 +9,7 @@ numbers that are not finite or not of the shape stated, a matrix that is no rota
 
 from collections.abc import Callable, Iterable
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -269,14 +270,18 @@ def to_quaternion(matrix: ArrayLike) -> np.ndarray:
 
 
 QUATERNION = sp.symbols("w x y z", real=True)
-QUATERNION_MATRIX = sp.ImmutableMatrix(
-    sp.Quaternion(*QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in QUATERNION), 1)
-)  # of length 1
+_Q = sp.Quaternion(*QUATERNION)
+# q·v·q* as a matrix, for q of length 1; its first row and column belong to the scalar part.
+QUATERNION_MATRIX = sp.ImmutableMatrix((_Q.product_matrix_left * _Q.product_matrix_right.T)[1:, 1:])
 _ENTRIES = sp.symbols("m:3:3", real=True)
 
 
 @lru_cache(maxsize=1)
 def _quaternion_products() -> sp.Matrix:
-    """4·q·qᵀ in the entries of a matrix M: the identity and half the Hessian of ΣM·R(q) by q (Horn 1987)."""
-    together = sp.Matrix(_ENTRIES).dot(QUATERNION_MATRIX.reshape(9, 1))
-    return sp.ImmutableMatrix(sp.eye(4) + sp.hessian(together, QUATERNION) / 2)
+    """4·q·qᵀ in the entries of a matrix M: the identity and K of ΣM·R(q) = qᵀ·K·q (Horn 1987).
+
+    a·(q·b·q*) = (a·q)·(q·b) for the units a and b, both products of a matrix and q.
+    """
+    units = [sp.Quaternion(0, *row) for row in sp.eye(3).tolist()]
+    forms = (a.product_matrix_left.T * b.product_matrix_right for a, b in product(units, units))
+    return sp.ImmutableMatrix(sum((m * form for m, form in zip(_ENTRIES, forms, strict=True)), sp.eye(4)))

@@ -7,7 +7,6 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from secrets import token_hex
 
 from mathpost.errors import NUMBER, InputError, OutputError
 
@@ -121,7 +120,7 @@ def write_set(
                 path = Path(os.path.realpath(path))
                 if folders:
                     path.parent.mkdir(parents=True, exist_ok=True)
-                new = path.parent / f".{path.name}.{token_hex(4)}"
+                new = path.parent / f".{path.name}.{os.urandom(4).hex()}"
                 temporary.callback(_remove, new)
                 moved.append((new, path, _write_new(new, path, content, inputs)))
             for number, (new, path, _) in enumerate(moved):

@@ -25,6 +25,11 @@ def test_import_loads_nothing_else():
     assert not loaded & {"sympy", "matplotlib", "scipy", "numpy"}
 
 
+def test_help_loads_no_library():
+    loaded = loaded_after("from mathpost.interface.shell import main; main._parser(['--help'])")
+    assert not loaded & {"sympy", "matplotlib", "scipy", "numpy"}
+
+
 @pytest.mark.parametrize("module", ["shop.post.postprocess", "interface.shell.post", "path.cl", "kinematics"])
 def test_post_processing_loads_no_pictures(module):
     assert "matplotlib" not in loaded_after(f"import mathpost.{module}")

@@ -12,7 +12,6 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy
 import sympy as sp
 from numpy.typing import ArrayLike
 
@@ -181,8 +180,10 @@ def paper_cubic(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
 
 def paper_literal(rows: np.ndarray, t: ArrayLike) -> np.ndarray:
     """The cubic spline of the text taken literally: through the four records, with k₁ and k₂ at the outer ends."""
+    from scipy.interpolate import CubicSpline  # here, as a post that smooths nothing does not wait for it
+
     k_1, k_2 = end_slopes(rows)
-    return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type=((1, k_1), (1, k_2)))(t)
+    return CubicSpline([-1, 0, 1, 2], rows, bc_type=((1, k_1), (1, k_2)))(t)
 
 
 def smooth(

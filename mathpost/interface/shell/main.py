@@ -1,13 +1,14 @@
 """The commands, and running one of them."""
 
 import argparse
+import gc
 import io
 import os
 import re
 import signal
 import sys
 from collections.abc import Sequence
-from importlib import import_module, metadata
+from importlib import import_module
 
 from mathpost.errors import MathpostError, internal
 from mathpost.interface.shell import stopping
@@ -40,10 +41,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if arguments is None:
             stopping.take(stopping.in_order)
+            gc.disable()  # all that is loaded stays: to look through it takes a fifth of a short command
         for stream in (sys.stdout, sys.stderr):  # names of files may be no UTF-8
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="backslashreplace")
         options = parse(sys.argv[1:] if arguments is None else arguments)
+        if arguments is None:
+            gc.freeze()
+            gc.enable()
         status = options.run(options)
         sys.stdout.flush()
         stopping.over = True
@@ -56,6 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     finally:
         if arguments is None:
             stopping.take(signal.SIG_IGN)  # the command is finished
+            gc.freeze()  # and nothing needs taking apart
 
 
 def _stopped() -> int:
@@ -101,7 +107,7 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
     )
-    made.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
+    made.add_argument("--version", action="version", version=_version() if words[:1] == ["--version"] else "")
     commands = made.add_subparsers(dest="command", required=True)
     for name, said in COMMANDS.items():
         command = commands.add_parser(name, help=said)
@@ -110,6 +116,12 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
             module.add_arguments(command)
             command.set_defaults(run=module.run)
     return made
+
+
+def _version() -> str:
+    from importlib import metadata  # reading it takes as long as all the rest of --help
+
+    return f"mathpost {metadata.version('mathpost')}"
 
 
 def _joined(arguments: list[str]) -> list[str]:

@@ -12,6 +12,7 @@ import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -216,13 +217,13 @@ class Words:
             *((_pattern(word), meaning) for word, meaning in ordered),
             (rf"{AUXILIARY.pattern}(?![\d.])", "skip"),
         ]
-        self.meanings: dict[int, tuple[str, int]] = {}
-        group = 1
-        for pattern, meaning in patterns:
-            inside = re.compile(pattern).groups
-            self.meanings[group] = meaning, inside
-            group += 1 + inside
-        self.match = re.compile("|".join(f"({pattern})" for pattern, _ in patterns)).match
+        every = re.compile("|".join(f"(?P<word{n}>{pattern})" for n, (pattern, _) in enumerate(patterns)))
+        self.match = every.match
+        places = pairwise((*every.groupindex.values(), every.groups + 1))
+        self.meanings = {  # by the group of each word: the meaning, and how many groups are in it
+            group: (meaning, following - group - 1)
+            for (group, following), (_, meaning) in zip(places, patterns, strict=True)
+        }
 
     def meaning(self, match: re.Match) -> tuple[str, str, tuple[str, ...]]:
         """Return the meaning of what `match` found, its text, and the texts of the fields in it."""
