@@ -24,7 +24,6 @@ PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_
 LETTERS = ("X", "Y", "Z")
 ENDLESS = (-math.inf, math.inf)
 TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may be beyond an end of its travel
-MOST_TURNS = 10  # whole turns to either side of an angle that are considered
 UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
 
 
@@ -58,24 +57,6 @@ class Rotary:
         low, high = np.ceil((ends[0] - angle) / 360), np.floor((ends[1] - angle) / 360)
         return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
 
-    def turns(self, angle: float, present: float = 0.0) -> list[float]:
-        """Return `angle` plus whole turns, every result inside travel, degrees, the nearest to `present` first.
-
-        At most `MOST_TURNS` to either side; the angle alone if travel has no end, or if nothing is inside it.
-
-        Examples
-        --------
-        >>> c = load("ac_head").rotary[0]  # C, from -360 to 360
-        >>> c.turns(90), c.turns(90, -300), load("ac_table").rotary[1].turns(90)
-        ([90.0, -270.0], [-270.0, 90.0], [90.0])
-        """
-        nearest = self.nearest_turn(angle, present)
-        if np.isnan(nearest) or np.isinf(self.limits).all():
-            return [float(angle)]
-        low, high = np.degrees(_widened(self.limits))
-        all_of_them = [nearest + 360 * turn for turn in range(-MOST_TURNS, MOST_TURNS + 1)]
-        return sorted((each for each in all_of_them if low <= each <= high), key=lambda each: abs(each - present))
-
 
 @dataclass(frozen=True)
 class Linear:
@@ -92,6 +73,15 @@ class Linear:
 
 
 AnyJoint = TypeVar("AnyJoint", Rotary, Linear)
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A box between two corners or, with a radius, a cylinder about a line; mm, in the workpiece, from `origin`."""
+
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    radius: float | None = None
 
 
 @dataclass(frozen=True)
@@ -129,6 +119,9 @@ class Machine:
     # Work offsets of the control, numbered from 1: the one that has `origin`, if stated, and others with theirs.
     offset: int | None = None
     offsets: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+    # What the tool must not meet: stock that is not cut yet in rapid traverse, the fixture ever; if they are named.
+    stock: tuple[Solid, ...] = ()
+    fixture: tuple[Solid, ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -270,16 +263,17 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
         raise InputError(f"{where}, [[rotary]]", "one or two rotary axes", f"{len(rotary)}")
     workpiece, tool = file.table("workpiece"), file.table("tool")
     linear, program = file.table("linear", optional=True), file.table("program", optional=True)
-    slides = dict.fromkeys([*(key for key in linear.content if key in LETTERS), *LETTERS])
     machine = Machine(
         name=file.take("name", some_text, "a name in quotes"),
         source=file.take("source", some_text, "a source in quotes"),
         rotary=tuple(_rotary(TomlTable(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
+        slide_order=tuple(dict.fromkeys([*(key for key in linear.content if key in LETTERS), *LETTERS])),
         linear=tuple(_joint(linear.table(name, optional=True), Linear, name, "mm", "tool") for name in LETTERS),
-        slide_order=tuple(slides),
         origin=workpiece.take("origin", *VECTOR),
         offset=workpiece.take("offset", *OFFSET, None),
         offsets=_offsets(workpiece.table("offsets", optional=True)),
+        stock=_solids(workpiece, "stock"),
+        fixture=_solids(workpiece, "fixture"),
         tool_axis=tool.take("axis", *DIRECTION),
         tool_length=tool.take("length", only_if(lambda x: x >= 0, a_number), "a length in mm, not negative", 0.0),
         length_axis=tool.take("length_axis", *DIRECTION, None),
@@ -293,9 +287,8 @@ def from_dict(content: dict[str, Any], where: str = "machine") -> Machine:
     for table in (file, workpiece, tool, linear, program):
         table.done()
     if machine.offset in dict(machine.offsets):
-        raise InputError(
-            f"{where}, [workpiece], key 'offsets'", f"others than offset = {machine.offset}", f"{machine.offset}"
-        )
+        key = f"{where}, [workpiece], key 'offsets'"
+        raise InputError(key, f"others than offset = {machine.offset}", f"{machine.offset}")
     _check_arrangement(machine, where)
     return machine
 
@@ -327,6 +320,20 @@ def _offsets(table: TomlTable) -> tuple[tuple[int, tuple[float, float, float]], 
         if not (key.isdecimal() and int(key) > 0):
             raise InputError(f"{table.where}, key {key!r}", OFFSET[1], repr(key))
         found.append((int(key), table.take(key, *VECTOR)))
+    return tuple(found)
+
+
+def _solids(workpiece: TomlTable, key: str) -> tuple[Solid, ...]:
+    """A list of boxes and cylinders."""
+    found = []
+    for n, entry in enumerate(workpiece.take(key, each(dict), "a list of { from = …, to = … }", ()), 1):
+        table = TomlTable(entry, f"{workpiece.where}, {key} {n}")
+        solid = Solid(table.take("from", *VECTOR), table.take("to", *VECTOR), table.take("radius", *RADIUS, None))
+        table.done()
+        apart = np.not_equal(solid.start, solid.end)
+        if not (apart.all() if solid.radius is None else apart.any()):
+            raise InputError(f"{table.where}, key 'to'", "a point that makes a solid with 'from'", str(solid.end))
+        found.append(solid)
     return tuple(found)
 
 
@@ -384,6 +391,7 @@ def _parallel(first: Sequence[float], second: Sequence[float]) -> bool:
 _address = only_if(lambda value: re.fullmatch("[ABCUVW][0-9]?", value))
 _limits = only_if(lambda ends: ends[0] < ends[1], numbers(2))
 VECTOR = numbers(3), "[x, y, z] in mm"
+RADIUS = only_if(lambda x: x > 0, a_number), "mm, above 0"
 OFFSET = only_if(lambda value: type(value) is int and value > 0), "the number of a work offset, whole and from 1"
 DIRECTION = only_if(lambda vector: np.linalg.norm(vector) > 1e-9, numbers(3)), "[x, y, z], not all zero"
 

@@ -79,7 +79,7 @@ def test_a_reference_point_is_where_the_machine_file_has_it(at, safe):
     if safe:
         made("fanuc", base=base, program_foot=["G91 G28 Z0", "G90", "G53 X0 Y0"])
     else:
-        with pytest.raises(MathpostError, match="Z 50.* is not above what is cut|meets what the path cuts"):
+        with pytest.raises(MathpostError, match="Z 50.* is not above what the path cuts|meets what the path cuts"):
             made("fanuc", base=base, program_foot=["G91 G28 Z0", "G90", "G53 X0 Y0"])
 
 

@@ -70,7 +70,7 @@ def test_without_a_safe_position_no_path_is_split():
 def test_a_safe_position_beside_the_part_is_refused():
     data = replace(with_c_to_200("ac_table"), safe=(None, None, 100.0))  # of the slide: the tool is 120 mm long
     with pytest.raises(
-        MathpostError, match="to a safe position, the tool's body, 10 mm across, meets the point of a cut"
+        MathpostError, match="to a safe position, the tool's body, 10 mm across, meets what the path cuts"
     ):
         postprocess(round_the_cone(), data, split=True)
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mathpost.errors import ReachError, as_array
 from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
+from mathpost.machine import Rotary
 from mathpost.rotation import unit
 from mathpost.shop.plane import positioning
 
@@ -22,6 +23,7 @@ CONTROLS: dict[str, Callable] = {
     "Siemens _DIR +1": lambda alignment, present: positioning.siemens(alignment, present, 1),
 }
 SAME = 1e-9  # radians: positions nearer than this are one
+MOST_TURNS = 10  # whole turns to either side of an angle that are considered
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +87,7 @@ def positions(
     for angles in alignment.positions:
         if alignment.free:
             angles = np.where(np.arange(len(rotary)) == alignment.workpiece_side, present, angles)
-        choices = [joint.turns(angle, now) for joint, angle, now in zip(rotary, angles, present, strict=True)]
+        choices = [windings(joint, angle, now) for joint, angle, now in zip(rotary, angles, present, strict=True)]
         grid = np.meshgrid(*choices, indexing="ij")
         found += [angles for angles in np.stack(grid, axis=-1).reshape(-1, len(rotary))]
     apart: list[np.ndarray] = []
@@ -95,6 +97,26 @@ def positions(
     joints = kinematics.close(tip, np.deg2rad(apart))
     listed = [at(kinematics, row) for row in np.c_[joints[:, :3], apart]]
     return sorted(listed, key=lambda position: len(position.reasons))
+
+
+def windings(joint: Rotary, angle: float, present: float = 0.0) -> list[float]:
+    """Return `angle` plus whole turns, every result inside travel, degrees, the nearest to `present` first.
+
+    At most `MOST_TURNS` to either side; the angle alone if travel has no end, or if nothing is inside it.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> c = machine.load("ac_head").rotary[0]  # C, from -360 to 360
+    >>> windings(c, 90), windings(c, 90, -300), windings(machine.load("ac_table").rotary[1], 90)
+    ([90.0, -270.0], [-270.0, 90.0], [90.0])
+    """
+    nearest = joint.nearest_turn(angle, present)
+    if np.isnan(nearest) or np.isinf(joint.limits).all():
+        return [float(angle)]
+    turns = [nearest + 360 * turn for turn in range(-MOST_TURNS, MOST_TURNS + 1)]
+    inside = [each for each in turns if joint.nearest_turn(each, each) == each]
+    return sorted(inside, key=lambda each: abs(each - present))
 
 
 def taken(kinematics: Kinematics, axis: np.ndarray, present: ArrayLike | None = None) -> dict[str, Taken]:

@@ -90,12 +90,12 @@ def unwound(path: ToolPath, chosen: Selection, record: int, clearance: float) ->
 
 
 def above(path: ToolPath, joints: np.ndarray, clearance: float) -> np.ndarray:
-    """Lift joints, shape (n, 5), along the tool axis until every point of the path lies `clearance` below the tip.
+    """Lift joints, shape (n, 5), along the tool axis until all of the path, stock and fixture is `clearance` below.
 
     From there the tool may go on in any direction that does not lead back.
     """
     tips, axes = path.kin.forward(joints)
-    points = np.concatenate([path.cl.points, path.touched.lines.reshape(-1, 3)])  # those of all tools
+    points = np.concatenate([path.cl.points, path.touched.ends])  # those of all tools
     height = [max(0.0, np.max((points - tip) @ axis)) for tip, axis in zip(tips, axes, strict=True)]
     return lifted(path.kin, joints, np.array(height)[:, None] + clearance)
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mathpost.formula import slices
+
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
 
@@ -27,17 +29,21 @@ def spread(points: np.ndarray) -> np.ndarray:
     return np.sort(np.unique(np.round(points / (BODY / 5)), axis=0, return_index=True)[1])
 
 
-def in_body(points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: float) -> np.ndarray:
+def in_body(
+    points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: float, margin: float = 0.0
+) -> np.ndarray:
     """Whether points (n, 3) are inside the body of the tool at any of m poses, tips and axes (m, 3); shape (n,).
 
-    The body is a cylinder about the tool axis, `BODY` in radius, from just above the tip on, `length` mm long.
+    The body is a cylinder about the tool axis, `BODY` in radius, from just above the tip on, `length` mm long; or
+    `margin` mm larger all around.
     """
     inside = np.zeros(len(points), bool)
-    for tip, axis in zip(tips, axes, strict=True):
-        off = points - tip
-        along = off @ axis
+    for poses in slices((len(tips), len(points))):
+        off = points[:, None] - tips[poses]
+        along = np.vecdot(off, axes[poses])
         beside = np.vecdot(off, off) - along**2  # the square of the distance from the axis
-        inside |= (along > ABOVE) & (along < length) & (beside < BODY**2)
+        within = (along > ABOVE - margin) & (along < length + margin) & (beside < (BODY + margin) ** 2)
+        inside |= within.any(axis=1)
     return inside
 
 
@@ -94,10 +100,10 @@ class Body:
         inside = (along > 2 * ABOVE) & (along < self.length - ABOVE) & (beside < (BODY - ABOVE) ** 2)
         return inside.any(axis=0)
 
-    def meets(self, ends: np.ndarray, lines: np.ndarray, straight: bool = False) -> np.ndarray:
+    def meets(self, ends: np.ndarray, lines: np.ndarray, straight: bool = False, margin: float = 0.0) -> np.ndarray:
         """Whether each line, (2, k, 3), may meet the body in the box of slides between two ends, (2, 3).
 
-        Or on the straight way between them. A line may be one point, or the corners of any convex body.
+        Or on the straight way between them; or come so near as `margin`, mm. A line may be one point, (1, k, 3).
         """
         middle = ends.mean(axis=0)
         if straight:
@@ -111,7 +117,7 @@ class Body:
         left, tried = np.flatnonzero(~found), 0
         while left.size and tried < len(self.directions):
             some = slice(tried, tried + max(1, TOGETHER // left.size))
-            apart = ((lines[:, left] - middle) @ self.directions[some].T).min(axis=0) > most[some]
+            apart = ((lines[:, left] - middle) @ self.directions[some].T).min(axis=0) > most[some] + margin
             left, tried = left[~apart.any(axis=1)], some.stop
         found[left] = True
         return found

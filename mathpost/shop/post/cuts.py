@@ -1,6 +1,7 @@
-"""What a path cuts, and when: a point that was in the tool's body in an earlier cut is air by now.
+"""What is around the tool: what a path cuts, and when, and the stock and the fixture that the machine file names.
 
-Every other point of the path is the part, or still to be cut.
+A point that was in the tool's body in an earlier cut is air by now. Every other point of the path, and of the
+stock, is the part, or still to be cut.
 """
 
 from __future__ import annotations
@@ -14,23 +15,37 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.shop.post.body import ABOVE, BODY, MANY_POINTS, spread
+from mathpost.shop.post.solids import corners, moved
 
 if TYPE_CHECKING:
+    from mathpost.machine import Machine, Solid
     from mathpost.path.cl import CLData
 BORDER = 0.05  # mm beside the body; a gap to what is nearer is not always found
 
 
 @dataclass(frozen=True)
 class Cuts:
-    """The k lines that tools cut along, in the order in which they do."""
+    """The k lines that tools cut along, in the order in which they do, and the solids about them."""
 
     lines: np.ndarray  # shape (2, k, 3), from where to where, mm, in the workpiece
     axes: np.ndarray  # shape (k, 3), of the tool at the end
     when: np.ndarray  # shape (k,), place of the end on the whole path, increasing
+    stock: tuple[Solid, ...] = ()
+    fixture: tuple[Solid, ...] = ()
 
     def moved(self, shift: ArrayLike) -> Cuts:
         """Return the same counted from another origin: `shift`, mm, is added."""
-        return replace(self, lines=self.lines + np.asarray(shift))
+        solids = (tuple(moved(each, shift) for each in some) for some in (self.stock, self.fixture))
+        return Cuts(self.lines + np.asarray(shift), self.axes, self.when, *solids)
+
+    @cached_property
+    def ends(self) -> np.ndarray:
+        """Points that all of it is between: ends of the lines, and corners around the solids, shape (n, 3)."""
+        return np.concatenate([self.lines.reshape(-1, 3), *map(corners, (*self.stock, *self.fixture))])
+
+    def __str__(self) -> str:
+        named = {"what the path cuts": True, "the stock": self.stock, "a fixture": self.fixture}
+        return " or ".join(name for name, some in named.items() if some)
 
     @cached_property
     def points(self) -> np.ndarray:
@@ -43,12 +58,13 @@ class Cuts:
 
     def some(self, lines: np.ndarray) -> Cuts:
         """Return some of the lines, by number."""
-        return Cuts(self.lines[:, lines], self.axes[lines], self.when[lines])
+        return replace(self, lines=self.lines[:, lines], axes=self.axes[lines], when=self.when[lines])
 
     def gone(self, points: np.ndarray, before: float) -> np.ndarray:
         """Whether points, (n, 3), were in the body of the tool while it cut, up to a place on the path."""
         gone = np.zeros(len(points), bool)
-        stop, step = int(np.searchsorted(self.when, before, side="right")), max(1, MANY_POINTS * 40 // len(points))
+        stop = int(np.searchsorted(self.when, before, side="right"))
+        step = max(1, MANY_POINTS * 40 // max(1, len(points)))
         while stop > 0 and not gone.all():  # the last cuts first: they are the nearest
             some = slice(max(0, stop - step), stop)
             gone[~gone] = self._within(points[~gone], some)
@@ -76,8 +92,11 @@ class Cuts:
 NOTHING = Cuts(np.empty((2, 0, 3)), np.empty((0, 3)), np.empty(0))
 
 
-def touched(parts: Sequence[tuple[CLData, ArrayLike]]) -> Cuts:
-    """Return what the tools of all parts of a path cut: CL data, each with its shift from a common origin, mm."""
+def touched(parts: Sequence[tuple[CLData, ArrayLike]], machine: Machine, shift: ArrayLike) -> Cuts:
+    """Return what is around the tools of all parts of a path: CL data, each with its shift from one origin, mm.
+
+    `shift`, mm, is that of the origin of the machine file, which its solids count from.
+    """
     lines, axes, when, before = [], [], [], 0
     for cl, shift in parts:
         ends = np.flatnonzero(~cl.rapid)
@@ -88,4 +107,5 @@ def touched(parts: Sequence[tuple[CLData, ArrayLike]]) -> Cuts:
         axes.append(cl.axes[ends[kept]])
         when.append(before + ends[kept])
         before += len(cl)
-    return Cuts(np.concatenate(lines, axis=1), np.concatenate(axes), np.concatenate(when))
+    solids = [tuple(moved(each, shift) for each in some) for some in (machine.stock, machine.fixture)]
+    return Cuts(np.concatenate(lines, axis=1), np.concatenate(axes), np.concatenate(when), *solids)

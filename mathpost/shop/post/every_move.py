@@ -1,4 +1,4 @@
-"""Every move of a program's text, from its first line to its last: inside travel, and clear of what is cut.
+"""Every move of a program's text, from its first line to its last: inside travel, and clear of what is around it.
 
 Moves that the plan of a tool made are judged as they were read back; lines of the user's (head, foot, tool change
 of the machine file), and the way to the safe position, as the reader finds them. Where nobody knows all axes, they
@@ -23,7 +23,7 @@ from mathpost.shop.controls.reader import Program
 from mathpost.shop.controls.track import Blind
 from mathpost.shop.post.along import kinematics_of
 from mathpost.shop.post.body import BODY, spread
-from mathpost.shop.post.clear import CLEAR, Ways, judged, placed
+from mathpost.shop.post.clear import CLEAR, HITS, Ways, judged, placed
 from mathpost.shop.post.cuts import Cuts
 from mathpost.shop.post.proof import joints_of
 
@@ -103,22 +103,22 @@ def _steps(program: Program, rows: Sequence[int]) -> list[Blind]:
 
 
 def _cautions(plan: Plan, interpolated: bool) -> Iterator[str]:
-    """Refuse a lifted way of a plan that is not clear; say which rapid moves of the CL data themselves are not."""
+    """Refuse a lifted way that is not clear, and any into a fixture; say which other rapid moves are not clear."""
     path, motion, blocks = plan.path, plan.moves.motion, plan.moves.blocks
-    rows = 1 + np.flatnonzero(~motion.at_feed(path.cl))
-    if not rows.size:
-        return
     ways = path.ways(joints_of(path.kin, blocks), motion, interpolated | ~blocks.rapid, blocks.tcp)
+    rows = np.arange(1, len(ways.joints))
     found = judged(path.kin, ways, rows, path.touched)
     bad, body = rows[found != CLEAR], f"the tool's body, {2 * BODY:g} mm across"
+    if (hit := rows[found == HITS]).size:
+        raise MathpostError(f"{path.cl.where(motion.place[hit[0]])}: on its way there {body}, hits a fixture")
     if (lifted := bad[~motion.in_cut[bad - 1]]).size:
         row = int(lifted[0])
         way = "to a safe position" if motion.far[row - 1] else "lifted"
-        meets = f"{body}, meets the point of a cut, or nobody knows its way"
+        meets = f"{body}, meets {path.touched}, or nobody knows its way"
         raise MathpostError(f"{path.cl.where(motion.place[row])}: on its way there, {way}, {meets}")
     if bad.size:
         record = path.first + int(motion.record[bad[0]]) + 1
-        meets = f"in which {body}, meets what is cut, {bad.size}"
+        meets = f"in which {body}, meets {path.touched}, {bad.size}"
         yield f"rapid moves of the CL data {meets}: the first to record {record}"
 
 
@@ -140,9 +140,8 @@ def why_unsafe(step: Blind, cuts: Cuts, place: float, interpolated: bool) -> str
         return f"the tip moves, and nobody knows where {lacking} stand"
     if not missing.any():
         one = np.ones(2, bool)
-        ways = Ways(
-            np.array([start, end]), np.full(2, place), one * interpolated, one * step.tcp, np.array([-1, -1]), ~one
-        )  # fmt: skip
+        both, nothing = np.array([start, end]), np.full(2, -1)
+        ways = Ways(both, np.full(2, place), one * interpolated, one * step.tcp, nothing, ~one, ~one)
         if judged(kin, ways, np.array([1]), cuts)[0] == CLEAR:
             return ""
     else:
@@ -150,19 +149,19 @@ def why_unsafe(step: Blind, cuts: Cuts, place: float, interpolated: bool) -> str
         moves = ~np.isnan(end) & (start != end)
         if unknown.any() and not step.aside and (unknown[1] or moves[[0, 1, *range(3, len(names))]].any()):
             return "other axes move, and nobody knows where Z stands: first it goes to a safe position"
-        if unknown[1] or not cuts.lines.size:
+        if unknown[1] or not cuts.ends.size:
             return ""  # where the machine itself has put it
     height = np.nanmin([start[2], end[2]])
     travel = np.where(machine.endless[3:, None], [-np.pi, np.pi], machine.limits[3:])
     turns = np.where(missing[3:, None], travel, np.stack([start[3:], end[3:]], axis=1))
-    ends = cuts.lines.reshape(-1, 3)
+    ends = cuts.ends
     corners = np.array(list(product(*np.stack([ends.min(axis=0), ends.max(axis=0)], axis=1))))
     if height >= highest(kin, corners, turns) or height >= (top := highest(kin, ends[spread(ends)], turns)):
         return ""
     if not missing.any():
-        return f"on its way there its body, {2 * BODY:g} mm across, meets what the path cuts"
+        return f"on its way there its body, {2 * BODY:g} mm across, meets {cuts}"
     at = f"Z {height + machine.slides[2]:g}, where nobody knows all axes,"
-    return f"{at} is not above what is cut: with this tool that reaches Z {top + machine.slides[2]:.3f}"
+    return f"{at} is not above {cuts}: with this tool that reaches Z {top + machine.slides[2]:.3f}"
 
 
 def highest(kin: Kinematics, points: np.ndarray, turns: np.ndarray) -> float:

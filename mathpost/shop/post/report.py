@@ -196,6 +196,8 @@ def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan])
     offsets = [f"{number} at {in_words(origin)}" for number, origin in setups.items()]
     if offsets:
         yield "work offset", ", ".join(offsets)
+    named = [f"{len(some)} of {kind}" for kind in ("stock", "fixture") if (some := getattr(machine, kind))]
+    yield "solids", ", ".join(named) or "stock and fixture are not known: the machine file names none"
     yield (
         "program",
         f"{sum(len(each.moves.blocks.words) for each in plans)} moves, TCP {'on' if options.tcp else 'off'}",

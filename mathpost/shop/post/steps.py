@@ -55,7 +55,7 @@ class ToolPath:
     offset: int | None = None  # number of the work offset that its points count from, if one is stated
     # Shape (3,), mm, from the origin of the first part of the path to that of this one.
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    cuts: Cuts = NOTHING  # what the tools of all parts of the path cut, counted from the origin of the first part
+    cuts: Cuts = NOTHING  # what is around the tools of all parts, counted from the origin of the first part
 
     @cached_property
     def touched(self) -> Cuts:
@@ -69,7 +69,8 @@ class ToolPath:
         onto = on_part[np.searchsorted(on_part[:-1], rows)]  # behind a lifted way
         cuts = np.append(motion.at_feed(self.cl), False)
         onto = np.where(np.append(False, motion.in_cut) & ~cuts, -1, onto)
-        return Ways(joints, self.first + motion.place, straight, tcp, onto, np.append(True, ~motion.in_cut))
+        lifted, cutting = np.append(True, ~motion.in_cut), np.append(False, motion.at_feed(self.cl))
+        return Ways(joints, self.first + motion.place, straight, tcp, onto, lifted, cutting)
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,8 @@ def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
         first = part.first - cl.first
         last = first + len(part) == len(cl)
         paths.append(ToolPath(Kinematics(with_setup), part, first, last, offset, shift))
-    cuts = touched([(path.cl, path.shift) for path in paths])
+    solids = np.subtract(machine.origin, paths[0].kin.machine.origin)
+    cuts = touched([(path.cl, path.shift) for path in paths], machine, solids)
     return [replace(path, cuts=cuts) for path in paths]
 
 

@@ -17,7 +17,7 @@ from mathpost.shop.controls.coordinates import Setup
 from mathpost.shop.controls.reader import Program, follow
 from mathpost.shop.post.along import Along, Moves, along, kinematics_of, stretches
 from mathpost.shop.post.body import BODY
-from mathpost.shop.post.clear import MEETS, UNJUDGED, Ways, judged
+from mathpost.shop.post.clear import HITS, MEETS, UNJUDGED, Ways, judged
 from mathpost.shop.post.cuts import touched
 from mathpost.shop.post.every_move import why_unsafe
 from mathpost.shop.post.explained import Case, explain
@@ -49,6 +49,7 @@ class Verified:
     pole: tuple[tuple[int, int, float], ...]  # (first block, last block, least angle from the pole in degrees)
     unsure: tuple[int, ...]  # blocks on whose way in rapid traverse the tool may meet a cut,
     unjudged: tuple[int, ...]  # those that nobody judges: rotary axes turn while others move, each at its own rate,
+    hits: tuple[int, ...]  # those on whose way, whatever it is, it hits a fixture,
     blind: tuple[tuple[int, str], ...]  # and lines from or to where nobody knows all axes, with what may be wrong
     together: bool  # whether in rapid traverse all axes arrive together, on a line
     seconds: float  # by the time law; 0 if neither feeds nor rates are known
@@ -59,9 +60,9 @@ class Verified:
 
     @property
     def status(self) -> int:
-        """0 agrees, 1 a block is off, out of travel, or in rapid traverse where the CL data cut."""
+        """0 agrees, 1 a block is off, out of travel, into a fixture, or rapid where the CL data cut."""
         off = self.along is not None and self.along.off is not None
-        return int(bool(self.outside) or off or (self.pace is not None and bool(self.pace.rapid)))
+        return int(bool(self.outside or self.hits) or off or (self.pace is not None and bool(self.pace.rapid)))
 
     def line(self, block: int) -> int:
         """The line number of a block in the program's text."""
@@ -95,6 +96,7 @@ class Verified:
             "pole": [{"from": self.line(a), "to": self.line(b), "degrees": least} for a, b, least in self.pole],
             "unsure": [self.line(block) for block in self.unsure],
             "unjudged": [self.line(block) for block in self.unjudged],
+            "hits": [self.line(block) for block in self.hits],
             "blind": [{"line": line, "why": why} for line, why in self.blind],
             "seconds": self.seconds,
             "skipped": self.program.skipped,
@@ -139,12 +141,17 @@ class Verified:
     def _ways(self) -> list[tuple[str, str]]:
         """What is known of the ways in rapid traverse."""
         order = "the axes arrive together" if self.together else "in whatever order the axes arrive"
-        meets = f"on its way the tool, {2 * BODY:g} mm across, may meet what is cut, {order}"
+        machine, tool = self.program.machines[0][1], f"the tool, {2 * BODY:g} mm across,"
+        meets = f"on its way {tool} may meet what is cut{' or the stock' * bool(machine.stock)}, {order}"
         unsure = [f"line {self.line(block)}: {meets}" for block in self.unsure]
         rows = self._several("rapid ways", unsure, f"clear of all cuts, {order}")
         if self.unjudged:
             turn = f"line {self.line(self.unjudged[0])} first, {len(self.unjudged)} in all"
             rows.append(("not judged", f"rapid moves in which rotary axes turn together or with others: {turn}"))
+        hits = [f"line {self.line(block)}: on its way {tool} hits it" for block in self.hits]
+        rows += self._several("fixture", hits, "clear of all moves") if machine.fixture else []
+        if not (machine.stock or machine.fixture):
+            rows.append(("not known", "stock and fixture: the machine file names none"))
         if self.blind:
             rows += self._several("not clear", [f"line {line}: {why}" for line, why in self.blind], "")
         if len(self.program.machines) > 1:
@@ -194,7 +201,7 @@ def verify(
 
     `InputError` if it cannot be read, or an offset or the length of a tool is needed that `setup` does not have.
     Where the control moves each axis at its own rate, a rapid move is compared with the CL data at its end alone;
-    its way is held against what is cut.
+    its way is held against what is cut, and against the stock; all ways are against the fixture.
     """
     if not (0 < tolerance < np.inf and 0 < axis_tolerance < np.pi):
         raise InputError("tolerance", "mm and an angle above 0", f"{tolerance:g}, {np.degrees(axis_tolerance):g}°")
@@ -233,7 +240,7 @@ def verify(
             explained = explain(case, compared.off)
     return Verified(
         name, control.name, program, joints, tips, axes, names, _outside(program, joints, kin),
-        _swings(joints, names), _near_pole(axes, kin), *_rapid_ways(program, simulated, control, cl, compared),
+        _swings(joints, names), _near_pole(axes, kin), *_ways(program, simulated, control, machine, cl, compared),
         control.rapid_interpolated,
         _seconds(program, control), 0 if cl is None else len(cl),
         compared, paces, explained,
@@ -317,12 +324,13 @@ def _near_pole(axes: np.ndarray, kin: list[Kinematics]) -> tuple[tuple[int, int,
     return tuple((int(a), int(b) - 1, float(np.degrees(angle[a:b].min()))) for a, b in edges)
 
 
-def _rapid_ways(
-    program: Program, simulated: Simulated, control: Control, cl: CLData | None, along: Along | None
-) -> tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, str], ...]]:
-    """Blocks on whose way in rapid traverse the tool may meet a cut, those that are not judged, and other lines.
+def _ways(
+    program: Program, simulated: Simulated, control: Control, machine: Machine, cl: CLData | None,
+    along: Along | None,
+) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...], tuple[tuple[int, str], ...]]:  # fmt: skip
+    """Blocks on whose way the tool may meet a cut, those not judged, those into a fixture, and other lines.
 
-    The third are lines with moves from or to where nobody knows all axes, and what may be wrong with each. What is
+    The last are lines with moves from or to where nobody knows all axes, and what may be wrong with each. What is
     cut the CL data say; without them it is all that the program runs along at a feed.
     """
     joints, tips, axes, kin = simulated
@@ -331,29 +339,30 @@ def _rapid_ways(
     from_known = ~np.isin(np.arange(len(kin)), list(blind))
     if cl is not None and along is not None:
         origin = kin[-1].machine.origin
-        cuts = touched([(part, origin) for part, _, _ in cl.by_setup()])
+        cuts = touched([(part, origin) for part, _, _ in cl.by_setup()], machine, machine.origin)
         place = np.nan_to_num(np.fmax.accumulate(along.place), nan=-1.0)
     else:
         origins = np.array([each.machine.origin for each in kin])
-        cuts = touched(
-            [(replace(from_arrays(tips + origins, axes), rapid=blocks.rapid | ~from_known), np.zeros(3))]
-        )
+        run = replace(from_arrays(tips + origins, axes), rapid=blocks.rapid | ~from_known)
+        cuts = touched([(run, np.zeros(3))], machine, machine.origin)
         place = np.arange(len(kin), dtype=float)
     onto = np.where(np.append(~blocks.rapid[1:], False), np.arange(len(kin)), -1)
-    ways = Ways(joints, place, interpolated | ~blocks.rapid, blocks.tcp, onto, np.zeros(len(kin), bool))
-    unsure, unjudged = [], []
+    never, cutting = np.zeros(len(kin), bool), ~blocks.rapid
+    ways = Ways(joints, place, interpolated | cutting, blocks.tcp, onto, never, cutting)
+    unsure, unjudged, hits = [], [], []
     for each, rows in stretches(program.machines, len(kin)):
         first = rows.start + 1
-        moves = first + np.flatnonzero(blocks.rapid[first : rows.stop] & from_known[first : rows.stop])
+        moves = first + np.flatnonzero(from_known[first : rows.stop])
         found = judged(each, ways, moves, cuts.moved(np.negative(each.machine.origin)))
         unsure += moves[found == MEETS].tolist()
         unjudged += moves[found == UNJUDGED].tolist()
+        hits += moves[found == HITS].tolist()
     others = []
     for step in program.blind:
         before = float(place[step.block - 1]) if step.block else -1.0
         if why := why_unsafe(step, cuts.moved(np.negative(step.machine.origin)), before, interpolated):
             others.append((step.line, why))
-    return tuple(unsure), tuple(unjudged), tuple(others)
+    return tuple(unsure), tuple(unjudged), tuple(hits), tuple(others)
 
 
 def _seconds(program: Program, control: Control) -> float:
