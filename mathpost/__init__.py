@@ -45,7 +45,7 @@ _OFFERED = {
     "detective.euler_angles": "explain",
 }
 _PLACES = {name: (module, name) for module, names in _OFFERED.items() for name in names.split()} | {
-    "load_machine": ("machine", "load"),
+    "load_machine": ("machine_file", "load"),
     "read_cl": ("path.cl", "read"),
     "read_rotation": ("detective.notations", "read"),
     "check_workbook": ("teaching.workbook.check", "check_file"),

@@ -106,8 +106,8 @@ def links(machine: Machine, parameters: bool = False) -> tuple[Link, ...]:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> [link.name for link in links(machine.load("dmu50v"))]
+    >>> from mathpost import load_machine
+    >>> [link.name for link in links(load_machine("dmu50v"))]
     ['workpiece', 'C', 'B', 'linear', 'tool']
     """
     data = Geometry.symbols(machine) if parameters else Geometry.numbers(machine)
@@ -144,8 +144,8 @@ def bodies(machine: Machine) -> tuple[tuple[str, sp.Matrix], ...]:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> [name for name, _ in bodies(machine.load("head_b_table_c"))]
+    >>> from mathpost import load_machine
+    >>> [name for name, _ in bodies(load_machine("head_b_table_c"))]
     ['C', 'workpiece', 'X', 'Y', 'Z', 'B', 'tool']
     """
     first, *rest = links(machine)
@@ -248,8 +248,8 @@ def machine_frames(machine: Machine, joints: ArrayLike, *, degrees: bool = False
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> workpiece, tool = machine_frames(machine.load("ac_table"), [10, 0, 30, 0, 90], degrees=True)
+    >>> from mathpost import load_machine
+    >>> workpiece, tool = machine_frames(load_machine("ac_table"), [10, 0, 30, 0, 90], degrees=True)
     >>> (workpiece.inverse() @ tool).origin.round(6) + 0.0
     array([ 0., 10., 30.])
     """

@@ -139,8 +139,8 @@ class Kinematics:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> kin = Kinematics(machine.load("dmu50v"))
+    >>> from mathpost import load_machine
+    >>> kin = Kinematics(load_machine("dmu50v"))
     >>> joints = kin.inverse([50.31991, 58.40925, 52.13969], [0.145196, 0, 0.989403], degrees=True)
     >>> joints.round(3) + 0.0
     array([[-36.781, -68.575,  66.134,  11.817, 175.815],

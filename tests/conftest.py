@@ -14,7 +14,7 @@ from xdist.scheduler import LoadFileScheduling
 
 os.environ["SYMPY_CACHE_SIZE"] = "20000"  # twenty times sympy's own, for dozens of machines in one process
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl, text
 from mathpost.shop.compensate.model import ErrorModel
@@ -103,13 +103,13 @@ def machine_code(used):
 @pytest.fixture(scope="session", params=FIVE_AXES, ids=lambda path: path.stem)
 def kin(request):
     """The kinematics of each machine in data/machines with two rotary axes, in turn."""
-    return Kinematics(machine.load(request.param))
+    return Kinematics(load_machine(request.param))
 
 
 @pytest.fixture(scope="session")
 def dmu50v():
     """The kinematics of source 002's machine."""
-    return Kinematics(machine.load(DATA / "machines/dmu50v.toml"))
+    return Kinematics(load_machine(DATA / "machines/dmu50v.toml"))
 
 
 @pytest.fixture(scope="session")

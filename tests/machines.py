@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import InputError
 
 SIDES = [("workpiece", "workpiece"), ("workpiece", "tool"), ("tool", "tool")]
@@ -44,7 +44,7 @@ def machines(draw):
             programmed=programmed,
         )
         try:
-            return machine.from_dict(data)
+            return machine_file.from_dict(data)
         except InputError:  # parallel axes
             continue
 

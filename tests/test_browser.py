@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
@@ -400,7 +400,7 @@ def test_every_machine_says_in_the_browser_what_python_says(offline, kin, tmp_pa
 def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
     """Both solutions, a walk, and a walk on two machines: play, step, and what is said at the largest swing."""
     both, walk = view_machine.tool_axis(dmu50v), view_machine.walk(dmu50v, blade)
-    second = view_machine.walk(dmu50v, blade, second=Kinematics(machine.load(DATA / "machines/ac_head.toml")))
+    second = view_machine.walk(dmu50v, blade, second=Kinematics(load_machine(DATA / "machines/ac_head.toml")))
     for name, made in (("both", both), ("walk", walk), ("second", second)):
         (tmp_path / f"{name}.html").write_text(made.page(still=True), encoding="utf-8")
         offline.goto((tmp_path / f"{name}.html").as_uri())

@@ -13,7 +13,7 @@ import sympy as sp
 from hypothesis import given, settings
 from latex2mathml.converter import convert
 
-from mathpost import chain, machine
+from mathpost import chain, load_machine
 from mathpost.errors import InputError
 from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
@@ -121,7 +121,7 @@ def test_every_machine_file(kin, engine, tmp_path):
 
 
 def test_a_machine_with_one_rotary_axis(engine, tmp_path):
-    agree(Kinematics(machine.load("dividing_head")), [engine], tmp_path)
+    agree(Kinematics(load_machine("dividing_head")), [engine], tmp_path)
 
 
 @settings(deadline=None, max_examples=3, derandomize=True)

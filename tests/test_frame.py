@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from mathpost import euler, machine
+from mathpost import euler, machine_file
 from mathpost.chain import machine_frames
 from mathpost.errors import InputError
 from mathpost.frame import Frame
@@ -92,7 +92,7 @@ def test_only_what_carries_turns(kin):
 
 @pytest.mark.parametrize("tool", [(0, 0, 1), (0, 0, -1), (3, 0, 4), (0, -5, -12), (1, 2, 2)])
 def test_the_tool_frame_is_turned_the_shortest_way_from_machine_z(tool):
-    _, found = machine_frames(machine.from_dict(content((0, 1, 0), (1, 1, -1), tool=tool)), np.zeros(5))
+    _, found = machine_frames(machine_file.from_dict(content((0, 1, 0), (1, 1, -1), tool=tool)), np.zeros(5))
     direction = np.array(tool) / np.linalg.norm(tool)
     np.testing.assert_allclose(found.z, direction, atol=1e-15)
     turned = Rotation.from_matrix(found.rotation)

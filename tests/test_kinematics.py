@@ -8,7 +8,7 @@ import sympy as sp
 from hypothesis import HealthCheck, given, settings
 from scipy.spatial.transform import Rotation
 
-from mathpost import chain, formula, machine, rotation
+from mathpost import chain, formula, load_machine, machine_file, rotation
 from mathpost.errors import InputError
 from mathpost.kinematics import ABOVE, BELOW, Kinematics
 from tests.conftest import FIVE_AXES
@@ -27,7 +27,7 @@ ASKEW = {  # no component of any direction is zero, so that no term of a formula
 def kin(request):
     """The kinematics of each machine in data/machines with two rotary axes, and of machines askew."""
     given = request.param
-    return Kinematics(machine.from_dict(ASKEW[given]) if given in ASKEW else machine.load(given))
+    return Kinematics(machine_file.from_dict(ASKEW[given]) if given in ASKEW else load_machine(given))
 
 
 def assert_round_trip(kin, joints):
@@ -191,7 +191,7 @@ def test_below_and_above_are_r_minus_d_and_r_plus_d(kin):
 @pytest.mark.parametrize("tool", [(0, 0, 1), (0, 0, -1), (2, -1, -2)])
 def test_the_tool_frame_is_a_rotation_with_the_tool_axis_as_its_third(tool):
     frame = np.array(
-        chain.links(machine.from_dict(content((1, 0, 0), (0, 0, 1), tool=tool)))[-1].matrix, dtype=float
+        chain.links(machine_file.from_dict(content((1, 0, 0), (0, 0, 1), tool=tool)))[-1].matrix, dtype=float
     )
     np.testing.assert_allclose(frame[:3, :3] @ frame[:3, :3].T, np.eye(3), atol=1e-15)
     np.testing.assert_allclose(frame[:3, 2], rotation.unit(np.array(tool, dtype=float)), atol=1e-15)
@@ -255,7 +255,7 @@ def test_out_of_reach_is_nan(dmu50v):
 
 def test_reach_is_what_forward_attains():
     """A tool at 16.26° from an axis at 36.87° from the workpiece-side one, whose other end is the pole."""
-    kin = Kinematics(machine.from_dict(content((0, 0, 1), (3, 0, 4), SIDES[2], tool=(4, 0, 3))))
+    kin = Kinematics(machine_file.from_dict(content((0, 0, 1), (3, 0, 4), SIDES[2], tool=(4, 0, 3))))
     joints = np.zeros((721, 5))
     joints[:, 4] = np.linspace(-np.pi, np.pi, 721)
     angles = np.arccos(kin.forward(joints)[1] @ np.array(kin.inverse_symbolic.pole, float))
@@ -318,7 +318,7 @@ def test_a_wrong_sign_of_an_axis_moves_the_tool(axis):
     right = {"first": (1, 0, 0), "second": (0, 0, 1)}
     wrong = right | {axis: tuple(-value for value in right[axis])}
     poses = [
-        Kinematics(machine.from_dict(content(axes["first"], axes["second"]))).forward([[1, 2, 3, 0.4, 0.5]])
+        Kinematics(machine_file.from_dict(content(axes["first"], axes["second"]))).forward([[1, 2, 3, 0.4, 0.5]])
         for axes in (right, wrong)
     ]
     assert np.linalg.norm(poses[0][1] - poses[1][1]) > 0.1

@@ -5,8 +5,9 @@ import math
 
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine, machine_file
 from mathpost.errors import InputError
+from mathpost.machine import ENDLESS
 from tests.conftest import DATA, MACHINE_FILES
 from tests.machines import SIDES, content
 
@@ -16,22 +17,22 @@ GOOD = content((1, 0, 0), (0, 0, 1))
 def test_every_file_states_its_source():
     assert len(MACHINE_FILES) >= 6
     for path in MACHINE_FILES:
-        assert machine.load(path).source
+        assert load_machine(path).source
 
 
 def test_units_are_converted_once():
-    dmu = machine.load(DATA / "machines/dmu50v.toml")
+    dmu = load_machine(DATA / "machines/dmu50v.toml")
     assert dmu.rotary[0].limits == (0, math.pi)
     assert dmu.rotary[0].max_rate == pytest.approx(math.radians(36))
     assert dmu.max_accelerations == pytest.approx([2000, 2000, 2000, math.radians(200), math.radians(200)])
-    assert dmu.rotary[1].limits == machine.ENDLESS
+    assert dmu.rotary[1].limits == ENDLESS
     assert dmu.linear[0].limits == (-250, 250)
     assert dmu.limits.shape == (5, 2)
 
 
 @pytest.mark.parametrize("sides", SIDES)
 def test_arrangements(sides):
-    arrangement = machine.from_dict(content((1, 0, 0), (0, 1, 0), sides, tool=(0, 0, 1))).arrangement
+    arrangement = machine_file.from_dict(content((1, 0, 0), (0, 1, 0), sides, tool=(0, 0, 1))).arrangement
     assert arrangement == {0: "table-table", 1: "head-table", 2: "head-head"}[sides.count("tool")]
 
 
@@ -87,7 +88,7 @@ def edit(path, value):
 )
 def test_wrong_files_are_refused(path, value, words):
     with pytest.raises(InputError) as caught:
-        machine.from_dict(edit(path, value), "file.toml")
+        machine_file.from_dict(edit(path, value), "file.toml")
     message = str(caught.value)
     assert message.startswith("file.toml")
     assert "expected" in message and "found" in message
@@ -97,10 +98,10 @@ def test_wrong_files_are_refused(path, value, words):
 
 def test_the_slides_stand_in_the_order_of_the_file():
     slides = {"Y": {"carries": "workpiece"}, "Z": {}, "X": {"carries": "workpiece"}}
-    made = machine.from_dict(edit(["linear"], slides))
+    made = machine_file.from_dict(edit(["linear"], slides))
     assert made.slides_that_carry("workpiece") == ("Y", "X") and made.slides_that_carry("tool") == ("Z",)
     assert made.joint_names[:3] == ("X", "Y", "Z")
-    assert machine.from_dict(edit(["linear"], {"Z": {}})).slide_order == ("Z", "X", "Y")
+    assert machine_file.from_dict(edit(["linear"], {"Z": {}})).slide_order == ("Z", "X", "Y")
 
 
 def test_unreadable_files_are_refused(tmp_path):
@@ -108,12 +109,12 @@ def test_unreadable_files_are_refused(tmp_path):
     for bytes_, words in ((b"name = ", "TOML"), (b"name = '\xff'", "line 1")):
         path.write_bytes(bytes_)
         with pytest.raises(InputError, match=words):
-            machine.load(path)
+            load_machine(path)
     with pytest.raises(InputError, match="readable"):
-        machine.load(tmp_path / "none.toml")
+        load_machine(tmp_path / "none.toml")
 
 
 @pytest.mark.parametrize("change", [{"tool_length": -1}, {"tool_length": math.nan}, {"origin": [1, 2]}])
 def test_setup_is_checked(change):
     with pytest.raises(InputError):
-        machine.from_dict(GOOD).with_setup(**change)
+        machine_file.from_dict(GOOD).with_setup(**change)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine, rotation
+from mathpost import load_machine, rotation
 from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import ACTIVE, PASSIVE
@@ -185,7 +185,7 @@ def check_alignment(kin, feature, answers):
 
 @pytest.mark.parametrize("names", [("A",), ("C",)], ids=["A taken for a head", "C taken for a head"])
 def test_forward_kinematics_catches(names):
-    model = machine.load("data/machines/ac_table.toml")
+    model = load_machine("data/machines/ac_table.toml")
     feature = Plane("G68.2", [100, 40, 0]).frame
     check_alignment(Kinematics(model), feature, [s.angles for s in align(feature, model).solutions])
     with pytest.raises(AssertionError):
@@ -195,7 +195,7 @@ def test_forward_kinematics_catches(names):
 
 def test_the_manual_example_does_not_tell_the_table_signs_apart():
     """SPB+45 on an A-C table: with both signs reversed the same two positions, so it proves neither."""
-    model = machine.load("data/machines/ac_table.toml")
+    model = load_machine("data/machines/ac_table.toml")
     feature = Plane("PLANE SPATIAL", [0, 45, 0]).frame
     pairs = [align(feature, m).solutions for m in (model, flipped(model, "A", "C"))]
     first, second = ({tuple(np.round(s.angles, 9)) for s in solutions} for solutions in pairs)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import mathpost
-from mathpost import machine
+from mathpost import load_machine, machine_file
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError, ReachError
 from mathpost.interface.shell.main import main
@@ -19,7 +19,7 @@ from mathpost.shop.plane import pose
 from mathpost.teaching.course import machine_page
 from tests.machines import content
 
-HEAD = Kinematics(machine.load("dividing_head"))
+HEAD = Kinematics(load_machine("dividing_head"))
 PART = """UNITS/MM
 SPINDL/1000,RPM,CLW
 FEDRAT/300,MMPM
@@ -36,7 +36,7 @@ def one(axis, side="workpiece", tool=(0, 0, 1), **more):
     """A machine with one rotary axis."""
     data = content(axis, axis, (side, side), tool=tool, **more)
     data["rotary"] = data["rotary"][:1]
-    return Kinematics(machine.from_dict(data))
+    return Kinematics(machine_file.from_dict(data))
 
 
 @settings(max_examples=15, deadline=None)
@@ -119,7 +119,7 @@ def test_a_limit_of_the_one_axis_winds_it():
     """From 0 to 360 a head at −10 goes to 350."""
     data = content((-1, 0, 0), (0, 0, 1))
     data["rotary"] = [data["rotary"][0] | {"limits": [0, 360]}]
-    kin = Kinematics(machine.from_dict(data))
+    kin = Kinematics(machine_file.from_dict(data))
     chosen = selection.choose(
         kin, cl.parse(PART.replace("0,-0.173648", "0,0.173648").split("GOTO/10")[0]), split=True
     )

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mathpost import files, machine
+from mathpost import files, load_machine, machine_file
 from mathpost.errors import InputError, OutputError
 from mathpost.files import write_bytes
 from mathpost.interface.shell.main import COMMANDS, main
@@ -178,14 +178,14 @@ LARGE = 'name = "a"\nsource = "b"\n[[rotary]]\n[[rotary]]\n[workpiece]\norigin =
 def test_strange_machine_files_are_refused(tmp_path, text):
     (tmp_path / "machine.toml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"machine\.toml"):
-        machine.load(tmp_path / "machine.toml")
+        load_machine(tmp_path / "machine.toml")
 
 
 def test_a_tool_has_defaults():
     text = (DATA / "machines/ac_table.toml").read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if not line.startswith(("length", "programmed_point"))]
     content = tomllib.loads("\n".join(lines))
-    made = machine.from_dict(content)
+    made = machine_file.from_dict(content)
     assert (made.tool_length, made.programmed_point) == (0.0, "tip")
 
 
@@ -210,7 +210,7 @@ def test_axes_of_any_length():
 
 def test_an_error_that_nobody_foresaw_is_one_line_and_no_verdict(monkeypatch, capsys):
     """A traceback would end with status 1, which says "wrong"."""
-    monkeypatch.setattr("mathpost.machine.load", lambda _: [][0])
+    monkeypatch.setattr("mathpost.machine_file.load", lambda _: [][0])
     assert main(["pose", "bc_table", "--joints", "0", "0", "0", "0", "0"]) == 2
     said = capsys.readouterr().err
     assert said.startswith(

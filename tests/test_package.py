@@ -9,7 +9,7 @@ from importlib import metadata
 
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError
 from mathpost.files import data_file
 from tests.conftest import MACHINE_FILES, ROOT
@@ -18,7 +18,7 @@ from tests.conftest import MACHINE_FILES, ROOT
 @pytest.mark.parametrize("path", MACHINE_FILES, ids=lambda path: path.stem)
 def test_a_shipped_machine_is_found_by_its_name_from_anywhere(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert machine.load(path.stem) == machine.load(path)
+    assert load_machine(path.stem) == load_machine(path)
 
 
 def test_a_name_that_no_machine_has_is_refused_with_those_that_there_are(tmp_path, monkeypatch):
@@ -26,7 +26,7 @@ def test_a_name_that_no_machine_has_is_refused_with_those_that_there_are(tmp_pat
     with pytest.raises(
         InputError, match="dmu50: expected a TOML file, or one of ac_head, .*dmu50v.*, found neither"
     ):
-        machine.load("dmu50")
+        load_machine("dmu50")
     with pytest.raises(InputError, match="comes with the package"):
         data_file("cl/none.cl")
 
@@ -35,7 +35,7 @@ def test_a_file_here_goes_before_a_shipped_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "dmu50v").write_text('name = "mine"\n')
     with pytest.raises(InputError, match=r"dmu50v.*\[\[rotary\]\]"):
-        machine.load("dmu50v")
+        load_machine("dmu50v")
 
 
 def test_the_version_is_that_of_the_package():

@@ -46,5 +46,5 @@ def test_what_is_offered_is_there_and_shadows_no_module():
 def test_an_unknown_name_is_an_error_and_a_module_stays_one():
     with pytest.raises(AttributeError, match="module 'mathpost' has no attribute 'dough'"):
         mathpost.dough  # noqa: B018
-    assert "load" in vars(sys.modules["mathpost.machine"])
-    loaded_after("from mathpost import machine, load_machine; assert machine.load is load_machine")
+    assert "load" in vars(sys.modules["mathpost.machine_file"])
+    loaded_after("from mathpost import machine_file, load_machine; assert machine_file.load is load_machine")

@@ -17,10 +17,10 @@ import numpy as np
 
 from mathpost import chain
 from mathpost.detective.explanation import Misread, Slip
+from mathpost.files import read_toml
 from mathpost.formula import numeric
 from mathpost.machine import Machine
 from mathpost.rotation import unit
-from mathpost.toml_table import read_toml
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -154,8 +154,8 @@ def causes(machine: Machine) -> list[Cause]:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> [cause.slip.phrase for cause in causes(machine.load("head_b_table_c"))][:2]
+    >>> from mathpost import load_machine
+    >>> [cause.slip.phrase for cause in causes(load_machine("head_b_table_c"))][:2]
     ['C turns the other way', 'B turns the other way']
     """
     found = [*_rotary(machine), *_points(machine), *_tool(machine), *_answer()]

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 from mathpost import euler
 from mathpost.detective.digits import half_digit
 from mathpost.errors import InputError, as_array
+from mathpost.files import read_toml
 from mathpost.rotation import ORTHONORMAL, unit
-from mathpost.toml_table import read_toml
 
 WRITERS = read_toml(Path(__file__).with_name("notations.toml"))  # who writes it how
 COUNTS = {

@@ -40,8 +40,8 @@ def explain_tip(
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> kin = Kinematics(machine.load("bc_table"))
+    >>> from mathpost import load_machine
+    >>> kin = Kinematics(load_machine("bc_table"))
     >>> tip, _ = kin.forward([1, 0, 2, -40, 30], degrees=True)
     >>> print(explain_tip(kin, [1, 0, 2, 40, 30], tip.round(4)))
     B turns the other way: X -67.2504 Y -38.827 Z -25.8998
@@ -65,8 +65,8 @@ def explain_linear(
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> kin = Kinematics(machine.load("head_b_table_c"))
+    >>> from mathpost import load_machine
+    >>> kin = Kinematics(load_machine("head_b_table_c"))
     >>> print(explain_linear(kin, [0, 0, 0], [0, 90], [180.0, 0, -180.0]))
     the tool length is not turned with the head: X 180 Y 0 Z -180
     """

@@ -70,9 +70,9 @@ def explain_joints(
 
     Examples
     --------
-    >>> from mathpost import machine
+    >>> from mathpost import load_machine
     >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("dmu50v"))
+    >>> kin = Kinematics(load_machine("dmu50v"))
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -184.185]))
     right: B₁, C₁ −1 turn
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -175.815]).misreadings[0])

@@ -12,11 +12,10 @@ import re
 from collections.abc import Callable, Collection
 
 from mathpost.errors import InputError
-from mathpost.files import data_file
+from mathpost.files import data_file, read_toml
 from mathpost.path.cl_lines import REAL
 from mathpost.path.holes import Holes
 from mathpost.path.modal import Command
-from mathpost.toml_table import read_toml
 
 WORDS = read_toml(data_file("cl/words.toml"))
 FAMILIES = tuple(WORDS["comments"]["families"])

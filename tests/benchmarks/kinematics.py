@@ -11,7 +11,7 @@ import scipy
 import sympy as sp
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import PASSIVE
@@ -45,7 +45,7 @@ def poses(kin, count, seed=1):
 
 
 def run(count=1_000_000):
-    kins = {name: Kinematics(machine.load(MACHINES / f"{name}.toml")) for name in ("ac_table", "dmu50v")}
+    kins = {name: Kinematics(load_machine(MACHINES / f"{name}.toml")) for name in ("ac_table", "dmu50v")}
     given = {name: poses(kin, count) for name, kin in kins.items()}
     tilting, turning = kins["ac_table"].machine.rotary
     routine, centre, pivot = c_routine(), np.array(turning.point[:2], float), np.array(tilting.point[1:], float)

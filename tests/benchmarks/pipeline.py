@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost import postprocess as post
 from mathpost.files import write_text
 from mathpost.machine import ENDLESS
@@ -34,7 +34,7 @@ def write_cl(path, count):
 
 def trunnion():
     """The machine of the plain loop: C endless, no linear limits."""
-    data = machine.load("data/machines/ac_table.toml")
+    data = load_machine("data/machines/ac_table.toml")
     return replace(data, linear=tuple(replace(axis, limits=ENDLESS) for axis in data.linear))
 
 

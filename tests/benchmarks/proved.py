@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost import postprocess as post
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
@@ -24,7 +24,7 @@ def run():
     for name, samples in SAMPLES.items():
         path = cl.read(Path("data/cl", name))
         for file in sorted(Path("data/machines").glob("*.toml")):
-            kin = Kinematics(machine.load(file))
+            kin = Kinematics(load_machine(file))
             for way, granted in ((way, granted) for granted in GRANTED for way in Crossing.SAFE):
                 what = f"{name}, {file.stem}, {way}"
                 try:

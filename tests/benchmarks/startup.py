@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import chain, formula, kinematics, machine
+from mathpost import chain, formula, kinematics, load_machine
 from tests.benchmarks.timing import interleaved, row
 
 SHELL = {  # what is typed, and the largest ratio
@@ -46,6 +46,6 @@ def run():
         for kept in (formula.numeric, kinematics.derive, chain.links, chain.bodies):
             kept.cache_clear()
         start = time.perf_counter()
-        kin = kinematics.Kinematics(machine.load(path))
+        kin = kinematics.Kinematics(load_machine(path))
         kin.inverse(*kin.forward(np.zeros((1, len(kin.symbols)))))
         row(f"{path.stem}: read, derived, compiled", (time.perf_counter() - start) / sympy, 2, "import sympy")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.errors import InputError
 from mathpost.shop.compensate.calibrate import calibrate
 from tests.compensate import simulated

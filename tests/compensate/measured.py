@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 
 ISO, AGAINST = (-1, 1)
 TURNS = np.arange(0, 360, 30.0)

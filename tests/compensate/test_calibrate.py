@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tomlkit
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.kinematics import Kinematics
 from mathpost.shop.compensate.compensation import CalibratedKinematics, Compensator, PoseError, total_differential
 from mathpost.shop.compensate.model import ErrorModel, MachineErrors, constant_errors, read_errors
@@ -14,7 +14,7 @@ ARCSEC = np.rad2deg(1) * 3600
 
 @pytest.fixture(scope="module")
 def two_tables():
-    errors = read_errors("data/errors/bohez.toml", machine.load("data/errors/bohez_machine.toml"))
+    errors = read_errors("data/errors/bohez.toml", load_machine("data/errors/bohez_machine.toml"))
     return Compensator(errors)
 
 
@@ -125,7 +125,7 @@ def test_any_machine_comes_where_it_was_meant_to(kin, model):
 
 @pytest.mark.parametrize("name", ["bc_table", "nutating_head_table", "ac_head"])
 def test_exact_inverse_of_constant_errors(name):
-    kin = Kinematics(with_slides(machine.load(f"data/machines/{name}.toml"), "YX", "Z"))
+    kin = Kinematics(with_slides(load_machine(f"data/machines/{name}.toml"), "YX", "Z"))
     model = ErrorModel(kin.machine)
     errors = 20 * random_errors(8, model)
     joints = away_from_the_pole(9, kin, 10)

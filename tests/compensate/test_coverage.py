@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.errors import InputError
 from mathpost.shop.compensate import readings, suspect
 from mathpost.shop.compensate.calibrate import calibrate

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError
 from mathpost.shop.compensate.drift import Tracker
 from mathpost.shop.compensate.model import ErrorModel
@@ -22,7 +22,7 @@ POSES = [
 
 @pytest.fixture(scope="module")
 def trunnion():
-    return ErrorModel(machine.load("data/machines/ac_table.toml"))
+    return ErrorModel(load_machine("data/machines/ac_table.toml"))
 
 
 def tracker(model, **settings):

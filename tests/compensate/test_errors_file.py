@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError, ReachError
 from mathpost.shop.compensate.model import constant_errors, error_names, read_errors
 
@@ -12,7 +12,7 @@ HEAD = 'name = "n"\nsource = "s"\nmachine = "c8293b4b6b1a"\n'
 
 @pytest.fixture(scope="module")
 def trunnion():
-    return machine.load("data/machines/bc_table.toml")
+    return load_machine("data/machines/bc_table.toml")
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_a_slide_counts_from_the_machine_not_from_the_work_offset(load):
 
 
 def test_every_file_in_the_repository_belongs_to_a_machine():
-    trunnion = machine.load("data/machines/ac_table.toml")
+    trunnion = load_machine("data/machines/ac_table.toml")
     errors = read_errors("data/errors/ac_table.toml", trunnion)
     assert np.count_nonzero(errors.constant) == 11 and {index // 6 for index, _ in errors.curves} == {0, 3, 4}
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.shop.compensate.model import ErrorModel, error_names
 from tests.machines import with_slides
 
@@ -80,7 +80,7 @@ def test_with_errors_it_is_the_stack_of_bodies(model):
 
 @pytest.mark.parametrize("sides", [("X", "YZ"), ("XY", "Z"), ("XYZ", ""), ("", "ZXY")])
 def test_wherever_the_slides_stand(sides):
-    model = ErrorModel(with_slides(machine.load("data/machines/ac_table.toml"), *sides))
+    model = ErrorModel(with_slides(load_machine("data/machines/ac_table.toml"), *sides))
     rng = np.random.default_rng(3)
     errors = 50 * random_errors(rng, model)
     joints = random_joints(rng, model, 1)[0]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.shop.compensate.calibrate import calibrate

@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.errors import InputError
 from mathpost.shop.compensate import handover, probed, readings
 from mathpost.shop.compensate.calibrate import calibrate

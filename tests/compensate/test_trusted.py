@@ -7,7 +7,7 @@ import nbformat
 import numpy as np
 import pytest
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.shop.compensate import readings

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.shop.compensate.calibrate import calibrate
 from tests.compensate import simulated
 from tests.compensate.simulated import LENGTH, Simulated

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.path import cl as cldata
@@ -41,7 +41,7 @@ def own(tmp_path):
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_a_control_of_the_users_own(own, name):
-    data, path = machine.load(name), cldata.read(DATA / "cl/blade.cl")
+    data, path = load_machine(name), cldata.read(DATA / "cl/blade.cl")
     result = postprocess(path, data, dialect=own, tolerance=0.05)
     lines = result.program.splitlines()
     assert lines[0] == "G21 G17 G90 G94" and lines[-1] == "M30" and not any(line[0] in "N%O " for line in lines)
@@ -59,7 +59,7 @@ def test_other_controls_through_the_independent_reader(name, dialect, tcp):
     file = DATA / f"machines/{name}.toml"
     dome = cldata.read(DATA / "cl/dome.cl")
     path = cldata.from_arrays(dome.points[:40], dome.axes[:40], feed=1000)
-    result = postprocess(path, machine.load(name), dialect=dialect, tcp=tcp)
+    result = postprocess(path, load_machine(name), dialect=dialect, tcp=tcp)
     model = Model(file)
     moves = read_independently(result.program, dialect, Setup(model, length_on=True))
     samples = judge.sample(model, moves)
@@ -103,7 +103,7 @@ def test_a_control_that_inherits_from_itself_is_refused(tmp_path):
 def test_linuxcnc_states_a_time_wherever_an_axis_turns(name, tcp):
     """And TCP's slides keep their rates by it: of 200 parts of a move none is faster, by formulas of the tests."""
     path = cldata.from_arrays(*spiral(records=13, radius=10), feed=60_000)
-    blocks = postprocess(path, machine.load(name), dialect="linuxcnc", tcp=tcp).blocks
+    blocks = postprocess(path, load_machine(name), dialect="linuxcnc", tcp=tcp).blocks
     turning = (np.diff(blocks.words[:, 3:], axis=0) != 0).any(axis=1)
     assert turning.any() and not np.isnan(blocks.seconds[1:][turning]).any()
     model = Model(DATA / f"machines/{name}.toml")
@@ -133,13 +133,13 @@ def test_a_comment_ends_no_transfer_and_stays_in_its_letters():
 def test_the_number_of_a_program_is_the_one_in_its_name():
     blade = cldata.read(DATA / "cl/blade.cl")
     for name, number in (("blade", "O0001"), ("part 4711", "O4711"), ("7", "O0007")):
-        assert number in postprocess(blade, machine.load("dmu50v"), dialect="fanuc", name=name).program
+        assert number in postprocess(blade, load_machine("dmu50v"), dialect="fanuc", name=name).program
 
 
 @pytest.mark.parametrize("name", [*MACHINES, "ac_head", "bc_table", "nutating_head_table"])
 def test_the_vectors_of_traori_lead_around_the_machine(name):
     """From the zero to the axes of the table and back, from the spindle nose to those of the head and back."""
-    data = machine.load(name)
+    data = load_machine(name)
     groups = [group for group in control.load("siemens").geometry if group.fits(data)]
     assert len(groups) == 2
     for group in groups:

@@ -5,13 +5,13 @@ import re
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError
 from mathpost.shop.controls import reader
 from mathpost.shop.controls.coordinates import Setup
 from tests.conftest import DATA
 
-AC = machine.load(DATA / "machines/ac_table.toml")
+AC = load_machine(DATA / "machines/ac_table.toml")
 START = "G21 G90 G17\nG0 A0 C0\nG0 X10 Y0 Z5\n"
 HALF, ROOT = np.cos(np.radians(60)), np.sin(np.radians(60))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
@@ -105,7 +105,7 @@ def test_from_the_tool_axis(angles):
 
 def test_a_fixture_turns_with_the_table(capsys):
     """What lies along X of the table after C30 pointed by 30° off X before, backwards."""
-    model = machine.load("ac_table")
+    model = load_machine("ac_table")
     senses = [joint.axis for joint in model.rotary]
     turned = np.eye(3)
     for axis, angle in zip(senses, (-90, 30), strict=True):
@@ -134,9 +134,9 @@ HEAD = "G21 G90 G94 G17\nG54\nG0 X0 Y0 Z100 A0 C0\n"
 
 def tips(text, control="fanuc", model="ac_table"):
     """The tips that a program goes to, from the joints of its moves."""
-    program = follow(text, machine.load(model), control)
+    program = follow(text, load_machine(model), control)
     blocks = program.blocks
-    kin = Kinematics(machine.load(model))
+    kin = Kinematics(load_machine(model))
     joints = np.where(
         blocks.tcp[:, None], [kin.close(w[:3], np.deg2rad(w[3:])) for w in blocks.words], blocks.words
     )
@@ -183,7 +183,7 @@ def test_a_3d_rotation_moves_slides_only():
         "G68 X1. I0. J0. K1. R90.\nX5. Y0.\n",
     )
     text = f"{HEAD}{first}{second}G69\nX0. Y0. Z0.\nM30\n"
-    blocks = follow(text, machine.load("ac_table"), "fanuc").blocks
+    blocks = follow(text, load_machine("ac_table"), "fanuc").blocks
     lean = rodrigues([0, 1, 0], 30)
     np.testing.assert_allclose(blocks.words[-3, :3], lean @ [10, 2, 0] + [10, 0, 0], atol=1e-9)
     inner = rodrigues([0, 0, 1], 90)
@@ -210,11 +210,11 @@ def test_what_is_refused_in_a_program(control, text, message):
         if "which" not in message
         else pytest.raises(ValueError, match=message)
     ):
-        follow(HEAD + text + "\nM30\n", machine.load("ac_table"), control)
+        follow(HEAD + text + "\nM30\n", load_machine("ac_table"), control)
 
 
 def test_haas_where_the_axes_stand_there_already():
-    kin = Kinematics(machine.load("ac_table"))
+    kin = Kinematics(load_machine("ac_table"))
     normal = rodrigues([0, 1, 0], 20) @ [0, 0, 1]
     a, c = kin.inverse([0, 0, 0], normal, degrees=True)[0, 3:]
     _, found = tips(

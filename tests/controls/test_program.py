@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError
 from mathpost.path import text as bulk
 from mathpost.path.modal import Command
@@ -17,7 +17,7 @@ from mathpost.shop.controls.blocks import Blocks
 from tests.conftest import DATA, machine_code
 from tests.path.test_cl import mutations
 
-DMU = machine.load(DATA / "machines/dmu50v.toml")
+DMU = load_machine(DATA / "machines/dmu50v.toml")
 DIALECTS = ["heidenhain", "fanuc", "siemens"]
 FIELDS = ("words", "feeds", "seconds", "rapid")
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
@@ -354,6 +354,6 @@ def test_a_page_stands_alone(dmu50v):
 
 
 def test_a_gallery_refuses_a_machine_with_one_rotary_axis():
-    two, one = (Kinematics(machine.load(name)) for name in ("ac_table", "dividing_head"))
+    two, one = (Kinematics(load_machine(name)) for name in ("ac_table", "dividing_head"))
     with pytest.raises(InputError, match="two rotary axes"):
         view_gallery.gallery([two, one])

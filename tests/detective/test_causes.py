@@ -10,7 +10,7 @@ from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
-from mathpost.machine import load
+from mathpost.machine_file import load
 
 BC, HEAD, MIXED = (Kinematics(load(name)) for name in ("bc_table", "ac_head", "head_b_table_c"))
 JOINTS = np.array([10.0, -20.0, 30.0, 40.0, 75.0])

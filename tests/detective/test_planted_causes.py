@@ -9,7 +9,7 @@ import pytest
 from mathpost.detective.causes import Setup, causes, misread
 from mathpost.detective.positions import explain_linear, explain_tip
 from mathpost.kinematics import Kinematics
-from mathpost.machine import load
+from mathpost.machine_file import load
 
 
 def drawn(rng, kin):

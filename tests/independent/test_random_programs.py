@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import machine_file, postprocess
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
@@ -38,7 +38,7 @@ def random_machine(rng, seed):
 
 def random_path(rng, data, unit, length):
     """CL data that the machine reaches, with a tool of this length or none."""
-    with_tool = machine.from_dict(data).with_setup(tool_length=length)
+    with_tool = machine_file.from_dict(data).with_setup(tool_length=length)
     joints = np.cumsum(rng.normal(size=(7, 5)) * [6, 6, 6, 0.08, 0.08], axis=0)
     joints[:, 3:] += rng.uniform(-1, 1, 2)
     lines = [f"LOADTL/4,LENGTH,{length:g}"] if length is not None else []
@@ -56,8 +56,9 @@ def test_the_report_says_what_the_program_does(seed):
     path = random_path(rng, data, list(FEEDS)[seed % 4], length)
     way, dialect = ["direct", "retract", "linear"][seed % 3], DIALECTS[seed % len(DIALECTS)]
     options = {"singular": way, "cone": np.radians(5), "axis_tolerance": np.radians(3 if way == "linear" else 0.1)}
+    tcp = bool(rng.integers(2))
     try:
-        result = postprocess(path, machine.from_dict(data), dialect=dialect, tcp=bool(rng.integers(2)), **options)
+        result = postprocess(path, machine_file.from_dict(data), dialect=dialect, tcp=tcp, **options)
     except MathpostError as error:
         assert any(
             why in str(error)

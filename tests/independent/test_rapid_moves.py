@@ -6,7 +6,7 @@ from itertools import pairwise, permutations
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from tests.conftest import DATA
@@ -77,7 +77,7 @@ def deepest(seed, machines=MACHINES, controls=CONTROLS):
     rng = np.random.default_rng(seed)
     name, control, tcp = machines[seed % len(machines)], controls[(seed // 5) % len(controls)], bool(seed // 2 % 2)
     head = ("; OURS",) if control == "heidenhain" else ("G40",)
-    setup = replace(machine.load(name), program_head=head)
+    setup = replace(load_machine(name), program_head=head)
     text, cuts = job(rng, setup)
     result = postprocess(cldata.parse(text, "job.cl"), setup, dialect=control, tcp=tcp)
     model = Model(DATA / "machines" / f"{name}.toml", origin=setup.origin)

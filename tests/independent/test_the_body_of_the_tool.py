@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import MathpostError
 from mathpost.path import cl as cldata
 from tests.conftest import DATA
@@ -52,7 +52,7 @@ def verdict(seed):
     name, control, tcp = MACHINES[seed % 3], CONTROLS[(seed // 3) % 6], bool((seed // 2) % 2)
     splits = seed % 2 == 0
     points, axes = unwinding(rng) if splits else over_a_saddle(rng)
-    setup = (with_c_to_200(name) if splits else machine.load(name)).with_setup(tool_length=LENGTH)
+    setup = (with_c_to_200(name) if splits else load_machine(name)).with_setup(tool_length=LENGTH)
     how = {"split": True} if splits else {"singular": "retract"}
     try:
         result = postprocess(cldata.from_arrays(points, axes, feed=900), setup, dialect=control, tcp=tcp, **how)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
@@ -15,7 +15,7 @@ from mathpost.shop.controls.simulation import write_folder
 from tests.conftest import DATA
 from tests.linuxcnc import control
 
-SETUP = machine.load(DATA / "machines/ac_table.toml")
+SETUP = load_machine(DATA / "machines/ac_table.toml")
 WAYS = {"G61": ("linuxcnc", False), "G64": ("linuxcnc_g64", False), "TCP G64": ("linuxcnc_g64", True)}
 
 

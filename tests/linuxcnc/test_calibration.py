@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.shop.compensate.calibrate import calibrate
@@ -71,7 +71,7 @@ def believed(file, names):
 
 def stray(file, real, module, said):
     """By how much the tip leaves its path on the control that holds the numbers `said`, mm."""
-    setup, believed = machine.load(file), Model(file)
+    setup, believed = load_machine(file), Model(file)
     path = cldata.from_arrays(*path_for(believed), feed=600)
     made, first = programs(setup, path, ("TCP G61",))
     program = made["TCP G61"].program
@@ -97,7 +97,7 @@ def test_the_parameters_bring_the_tip_back(name, module, tmp_path):
     file = turned_positively(DATA / f"machines/{name}.toml", tmp_path / f"{name}.toml")
     content = displaced(file)
     real = Model(content)
-    found = calibrate(machine.load(file), [readings(Model(file), real, tmp_path / "ball.csv")])
+    found = calibrate(load_machine(file), [readings(Model(file), real, tmp_path / "ball.csv")])
     said = pins(found, module)
     assert found.fits and len(said) == 5
     (tilt, turn), beside = [joint["point"] for joint in content["rotary"]], {"ac": 1, "bc": 0}[module[3:5]]

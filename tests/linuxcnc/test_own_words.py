@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.path.cl import commands
@@ -48,7 +48,7 @@ class Ran:
     """Programs with TCP and without it, on one start of the control."""
 
     def __init__(self):
-        setup = machine.load("ac_table").with_setup(tool_length=LENGTHS[3])
+        setup = load_machine("ac_table").with_setup(tool_length=LENGTHS[3])
         offsets = tuple((NUMBERS[name], tuple(np.add(setup.origin, shift))) for name, shift in SHIFT.items())
         setup = replace(setup, offset=1, offsets=offsets, program_head=("G40",))
         self.model = Model(DATA / "machines/ac_table.toml", length=LENGTHS[3], origin=setup.origin)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
@@ -61,7 +61,7 @@ class Run:
     def __init__(self, file, folder, ways=tuple(WAYS), hal=""):
         self.model = Model(file)
         self.path = cldata.from_arrays(*path_for(Model(file)), feed=600)
-        self.results, first = programs(machine.load(file), self.path, ways)
+        self.results, first = programs(load_machine(file), self.path, ways)
         texts = {name: (result.program, [first]) for name, result in self.results.items()}
         self.samples = control.run(folder, texts, hal=hal)
 
@@ -89,9 +89,9 @@ def on_printed_kinematics(file):
 def on_their_module(file, module):
     """The same on LinuxCNC's own module, with TCP only."""
     with control.folder() as folder:
-        write_folder(Kinematics(machine.load(file)), folder)
+        write_folder(Kinematics(load_machine(file)), folder)
         control.build(Path(folder))
-        letters = "".join(machine.load(file).joint_names)
+        letters = "".join(load_machine(file).joint_names)
         hal = own_module(Path(folder), module, letters)
         return Run(file, Path(folder), ("TCP G61",), hal=hal)
 

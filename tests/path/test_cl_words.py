@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost import postprocess as run_with_own_words
 from mathpost.errors import InputError, ReachError
 from mathpost.path import cl as cldata
@@ -14,7 +14,7 @@ from mathpost.path.arcs import arc
 from tests.conftest import DATA
 from tests.post.walker import head_tip, table_tip, walk
 
-TABLE, HEAD = (machine.load(DATA / f"machines/{name}.toml") for name in ("ac_table", "ac_head"))
+TABLE, HEAD = (load_machine(DATA / f"machines/{name}.toml") for name in ("ac_table", "ac_head"))
 UP = (0, 0, 1)
 START = "UNITS/MM\nSPINDL/1000,RPM,CLW\nFEDRAT/100,MMPM\n"
 

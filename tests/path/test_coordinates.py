@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import InputError
 from mathpost.path import cl as cldata
 from tests.conftest import DATA
 
-TABLE = machine.load(DATA / "machines/ac_table.toml")
+TABLE = load_machine(DATA / "machines/ac_table.toml")
 UP = (0, 0, 1)
 UPRIGHT = "CSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0"
 LEANING = "CSYS/0,-0.984808,-0.173648,0,1.,0,0,0,0,-0.173648,.984808,0"  # as in a published file

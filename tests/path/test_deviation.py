@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.kinematics import Kinematics
 from mathpost.path import deviation as module
 from mathpost.path.deviation import (
@@ -83,7 +83,7 @@ def test_no_derivative_of_the_tip_is_beyond_its_bound(sides, order):
         length=150,
         programmed=[20, -30, 90],
     )
-    kin = Kinematics(machine.from_dict(file))
+    kin = Kinematics(machine_file.from_dict(file))
     start, end = moves(kin, 300, seed=7)
     most = derivative(kin.machine, start, end, order)
     intervals = 64

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import InputError
 from mathpost.path import cl as cldata
 from mathpost.path.cl_words import ALIASES, COMMENTS, MOVING, REFUSED, Statements
@@ -17,7 +17,7 @@ from mathpost.path.moves import Moves
 from mathpost.shop.controls.reader import read as read_program
 from tests.conftest import DATA
 
-TABLE, HEAD = (machine.load(DATA / f"machines/{name}.toml") for name in ("ac_table", "ac_head"))
+TABLE, HEAD = (load_machine(DATA / f"machines/{name}.toml") for name in ("ac_table", "ac_head"))
 MOVES = "FEDRAT/100,MMPM\nGOTO/0,0,0\nGOTO/9,0,0\n"
 DIALECTS = ("heidenhain", "fanuc", "siemens")
 

@@ -5,7 +5,7 @@ import pytest
 
 from mathpost import postprocess
 from mathpost.errors import InputError
-from mathpost.machine import load
+from mathpost.machine_file import load
 from mathpost.path import cl as cldata
 from mathpost.shop.controls import control
 

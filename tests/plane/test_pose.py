@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from mathpost.errors import ReachError
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
-from mathpost.machine import load
+from mathpost.machine_file import load
 from mathpost.path import selection
 from mathpost.shop.plane import pose
 

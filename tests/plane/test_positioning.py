@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mathpost import euler, machine
+from mathpost import euler, machine_file
 from mathpost.chain import machine_frames
 from mathpost.errors import InputError, ReachError
 from mathpost.frame import Frame
@@ -25,7 +25,7 @@ def build(first, second):
     rotary = [{"name": n, "carries": c, "axis": a, "point": [0, 0, 0]} for n, c, a in (first, second)]
     tool = {"axis": [0, 0, 1], "length": 0, "programmed_point": "tip"}
     content = {"name": "test", "source": "test", "rotary": rotary, "workpiece": {"origin": [0, 0, 0]}, "tool": tool}
-    return machine.from_dict(content)
+    return machine_file.from_dict(content)
 
 
 def limited(model, **limits):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost import postprocess
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl, singular
@@ -55,7 +55,7 @@ LEANING = content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))  # whose two solutions 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("file", [content((1, 0, 0), (0, 0, 1)), LEANING], ids=["upright", "leaning"])
 def test_a_divided_move_stays_on_its_branch_and_in_its_winding(file, side, turns):
-    kin = Kinematics(machine.from_dict(file))
+    kin = Kinematics(machine_file.from_dict(file))
     joints = np.zeros((2, 5))
     joints[:, kin.tool_side] = float(sum(kin.inverse_symbolic.solutions) / 2) + side * np.array([0.3, 0.4])
     joints[:, kin.workpiece_side] = 2 * np.pi * turns + np.array([0.5, 1.7])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import InputError, ReachError
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
@@ -20,7 +20,7 @@ BLADE, TRUNNION, ERRORS = (
 
 @pytest.fixture(scope="module")
 def calibrated():
-    return read_errors(ERRORS, machine.load(TRUNNION))
+    return read_errors(ERRORS, load_machine(TRUNNION))
 
 
 def missed(result, cl, errors, dialect, tcp):
@@ -51,7 +51,7 @@ def test_the_blade_on_a_calibrated_trunnion(blade, calibrated, dialect, tcp):
 
 @pytest.mark.parametrize("name", ["dmu50v", "head_b_table_c", "nutating_head"])
 def test_any_machine(name):
-    kin = Kinematics(with_slides(machine.load(DATA / f"machines/{name}.toml"), "Y", "XZ"))
+    kin = Kinematics(with_slides(load_machine(DATA / f"machines/{name}.toml"), "Y", "XZ"))
     rng = np.random.default_rng(21)
     lengths = np.array([name[1] in "XYZ" for name in error_names(kin.machine)])
     drawn = rng.normal(size=33) * np.where(lengths, 0.02, 5e-5)

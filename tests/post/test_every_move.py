@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, machine_file, postprocess
 from mathpost.errors import MathpostError
+from mathpost.files import read_toml
 from mathpost.path import cl
 from mathpost.shop.post.verify import verify
-from mathpost.toml_table import read_toml
 from tests.conftest import DATA
 
-TABLE = machine.load("ac_table")  # Z −400 … 400, safe at 390; the nose goes lower than the part at 0
+TABLE = load_machine("ac_table")  # Z −400 … 400, safe at 390; the nose goes lower than the part at 0
 PART = cl.parse(
     "UNITS/MM\nLOADTL/1\nFEDRAT/500,MMPM\nGOTO/0,0,60\nGOTO/20,0,60\nLOADTL/2\nGOTO/20,0,60\nGOTO/0,0,60"
 )
@@ -67,7 +67,7 @@ def test_what_moves_nothing_is_declared():
     content = read_toml(DATA / "machines/ac_table.toml")
     content["program"] = {"skip": ["M250 P{}"]}
     content["linear"]["home"] = {"Z": 400.0}
-    asked = machine.from_dict(content)
+    asked = machine_file.from_dict(content)
     assert asked.skip == ("M250 P{}",) and dict(asked.home) == {"Z": 400.0}
     with pytest.raises(MathpostError, match="'G28', home"):
         made("fanuc", base=replace(TABLE, skip=("G28",)))
@@ -98,7 +98,7 @@ def test_a_safe_position_below_the_part_is_refused():
 def test_the_pages_own_tool_change_is_safe():
     page = (DATA.parent / "mathpost/interface/site/commands.toml").read_text(encoding="utf-8")
     example = page[page.index("[program]\n") :].partition("[linear]")[0]
-    own = machine.from_dict(read_toml(DATA / "machines/ac_table.toml") | tomllib.loads(example))
+    own = machine_file.from_dict(read_toml(DATA / "machines/ac_table.toml") | tomllib.loads(example))
     assert "G0 G53 Z390." in postprocess(PART, own, dialect="fanuc").program
 
 

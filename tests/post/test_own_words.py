@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.rotation import unit
@@ -24,7 +24,7 @@ TOLERANCE = 0.01  # mm
 
 def on_machine(name, **rotary):
     """The machine with a tool of 80 mm, the tool axis at rotary angles, and vectors square to it."""
-    setup = machine.load(name).with_setup(tool_length=80.0)
+    setup = load_machine(name).with_setup(tool_length=80.0)
     angles = [rotary.get(axis, 0.0) for axis in setup.joint_names[3:]]
     _, axis = Kinematics(setup).forward([0, 0, 0, *angles], degrees=True)
     across = unit(np.cross(axis, [0.3, 0.8, 0.1]))
@@ -128,9 +128,9 @@ def test_the_planes_of_a_control_and_back():
         "GOTO/5,0,10",
     ]
     path = cldata.parse("\n".join(lines) + "\n")
-    text = postprocess(path, machine.load("ac_table").with_setup(), dialect="fanuc").program
+    text = postprocess(path, load_machine("ac_table").with_setup(), dialect="fanuc").program
     assert re.search(r"G19 G3 .*\nN\d+ G17\nN\d+ G1 ", text) or "G18" in text
-    klartext = postprocess(path, machine.load("ac_table"), dialect="heidenhain").program
+    klartext = postprocess(path, load_machine("ac_table"), dialect="heidenhain").program
     assert "CC" not in klartext  # its file knows arcs in XY only
 
 
@@ -138,7 +138,7 @@ def test_the_planes_of_a_control_and_back():
 def test_a_compensation_begins_on_a_line_and_goes_on_over_arcs(control):
     lines = ["UNITS/MM", "FEDRAT/600,MMPM", "GOTO/20,-10,0,0,0,1", "CUTCOM/LEFT", "GOTO/20,0,0",
              "CIRCLE/0,0,0,0,0,1,20", "GOTO/-20,0,0", "GOTO/-20,-20,0", "CUTCOM/OFF", "GOTO/-40,-20,0"]  # fmt: skip
-    text = postprocess(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
+    text = postprocess(cldata.parse("\n".join(lines) + "\n"), load_machine("ac_table"), dialect=control).program
     on, off = {"heidenhain": ("RL", "R0")}.get(control, ("G41", "G40"))
     between = text[re.search(rf"{on}\b", text).start() : text.rindex(off)]
     assert len(between.splitlines()) < 7 and re.search(r"\bG3 |\bC ", between)
@@ -154,7 +154,7 @@ def test_arcs_holes_and_coolant_of_a_second_tool_are_in_the_same_places_as_those
     lines = ["FEDRAT/600,MMPM"]
     for tool in (1, 2):
         lines += [f"LOADTL/{tool}", "SPINDL/1000,RPM,CLW", *part]
-    text = postprocess(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect=control).program
+    text = postprocess(cldata.parse("\n".join(lines) + "\n"), load_machine("ac_table"), dialect=control).program
     bare = re.sub(r"^N?\d+ |G43 H\d ", "", text, flags=re.MULTILINE)
     first, second = re.findall(r"\n([^\n]*X\+?20\.[^$]*?X\+?3\.\S*)", bare)
     assert first == second and re.search(r"\bG3 |\bC X", first) and "M8" in first
@@ -169,7 +169,7 @@ def test_an_arc_whose_centre_has_more_digits_than_controls_take_stays_straight(r
         f"CIRCLE/{radius},0,0,0,0,-1,{radius}",
         f"GOTO/{rise:.9f},200,0",
     ]
-    text = postprocess(cldata.parse("\n".join(lines) + "\n"), machine.load("ac_table"), dialect="fanuc").program
+    text = postprocess(cldata.parse("\n".join(lines) + "\n"), load_machine("ac_table"), dialect="fanuc").program
     assert len(re.findall(r"\bG[23]\b", text)) == arcs
 
 
@@ -366,7 +366,7 @@ def test_tools_offsets_and_coolant(tmp_path):
     file = tmp_path / "own.toml"
     words = ['name = "own"', 'inherits = "fanuc"', "[commands]", '"coolant THRU" = ["M51"]']
     file.write_text("\n".join(words) + "\n", encoding="utf-8")
-    setup = replace(machine.load("ac_table"), program_head=("G54",))
+    setup = replace(load_machine("ac_table"), program_head=("G54",))
     result = postprocess(cldata.parse(TOOLS), setup, dialect=file)
     lines = [re.sub(r"^N\d+ ", "", line) for line in result.program.splitlines()]
     assert "(TOOL 3: LENGTH 95.5 MM, OFFSET 3)" in lines and "(TOOL 7: LENGTH 130 MM, OFFSET 17)" in lines

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.path import cl
 from mathpost.shop.post.verify import verify
 from tests.post import slips
@@ -33,7 +33,7 @@ M30
 
 
 def judged(text, path=PATH):
-    return verify(text, machine.load("ac_table"), "fanuc", cl=cl.parse(path))
+    return verify(text, load_machine("ac_table"), "fanuc", cl=cl.parse(path))
 
 
 def of_lines(found, rows):

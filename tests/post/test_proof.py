@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
@@ -115,7 +115,7 @@ def test_another_feed_or_rapid(dmu50v, by_the_pole, program_of):
 @pytest.mark.parametrize("name", ["dmu50v", "ac_head"])
 def test_a_block_with_a_tenth_of_its_time(by_the_pole, program_of, name):
     """Whether the feed or an axis is the slowest: no block may be any faster."""
-    data = machine.load(DATA / f"machines/{name}.toml")
+    data = load_machine(DATA / f"machines/{name}.toml")
     result = program_of(data)
     timed = np.flatnonzero(result.blocks.seconds > 0.01)
     assert timed.size
@@ -166,7 +166,7 @@ def test_times_in_numbers(dmu50v):
 @pytest.mark.parametrize("tcp", [False, True])
 @pytest.mark.parametrize("name", ["dmu50v", "ac_table", "nutating_head", "head_b_table_c"])
 def test_a_retract_into_the_part_is_refused(by_the_pole, monkeypatch, name, tcp):
-    data = machine.load(DATA / f"machines/{name}.toml")
+    data = load_machine(DATA / f"machines/{name}.toml")
     options = {"singular": "retract", "cone": np.radians(1), "tcp": tcp}
     result = postprocess(by_the_pole, data, **options, clearance=5.0)
     assert result.report.settings["singular"].endswith(": retract")
@@ -177,7 +177,7 @@ def test_a_retract_into_the_part_is_refused(by_the_pole, monkeypatch, name, tcp)
 
 
 def test_a_split_into_the_part_is_refused(monkeypatch):
-    data, cl = machine.load(DATA / "machines/nutating_head.toml"), cldata.read(DATA / "cl/twisted_blade.cl")
+    data, cl = load_machine(DATA / "machines/nutating_head.toml"), cldata.read(DATA / "cl/twisted_blade.cl")
     monkeypatch.setattr(region, "refuse_nonsense", lambda *_: None)
     monkeypatch.setattr(settings, "refuse_nonsense", lambda *_: None)
     with pytest.raises(MathpostError, match=r"\d mm into the part"):

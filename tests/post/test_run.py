@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
@@ -48,7 +48,7 @@ def test_the_blade(dmu50v, blade, dialect, tcp):
 @pytest.mark.parametrize("name", ["dmu50v", "ac_table", "head_b_table_c"])
 @pytest.mark.parametrize("strategy", ["optimal", "shortest"])
 def test_a_whole_blade(twisted, name, strategy):
-    data = machine.load(DATA / f"machines/{name}.toml")
+    data = load_machine(DATA / f"machines/{name}.toml")
     assert len(twisted) >= 5000
     result = postprocess(twisted, data, strategy=strategy)
     assert result.report.path_tip_error <= 0.01 and result.report.path_axis_error <= 0.1
@@ -65,7 +65,7 @@ NEEDED = {"linear": 2.65, "cubic": 1.6, "aside": 1.01}  # degrees, for the five 
 @pytest.mark.parametrize("name", MACHINES)
 def test_every_way_on_every_machine_keeps_both_tolerances_or_is_refused(blade, name, singular):
     """By a sampling ten times denser than the one that built it, and that shares nothing with it."""
-    kin = Kinematics(machine.load(DATA / f"machines/{name}.toml"))
+    kin = Kinematics(load_machine(DATA / f"machines/{name}.toml"))
     for granted in (0.1, NEEDED.get(singular, 0.02)):
         try:
             result = postprocess(blade, kin.machine, singular=singular, axis_tolerance=np.radians(granted))
@@ -113,7 +113,7 @@ def test_the_branch_changes_nowhere_but_at_the_pole(dmu50v_both_ways, twisted, b
     strays = r"lags by .*° on its great circle, more than 0.*°, however often"
     with pytest.raises(ReachError, match=f"line 5, record 4: .*{strays}"):
         postprocess(blade, dmu50v_both_ways.machine, strategy="paper", singular="other branch")
-    trunnion = machine.load(DATA / "machines/ac_table.toml")
+    trunnion = load_machine(DATA / "machines/ac_table.toml")
     with pytest.raises(ReachError, match=f"no way 'other branch' from record 833 to 857: .*{strays}"):
         postprocess(twisted.part(820, 870), trunnion, singular="other branch")
     with pytest.raises(ReachError, match=strays):
@@ -128,7 +128,7 @@ def test_rapid_moves_that_swing_the_tool_axis_are_named(dmu50v, blade):
 
 
 def test_splitting_lifts_unwinds_and_returns(twisted):
-    data = machine.load(DATA / "machines/nutating_head.toml")
+    data = load_machine(DATA / "machines/nutating_head.toml")
     with pytest.raises(ReachError, match="breaks"):
         postprocess(twisted, data)
     result = postprocess(twisted, data, split=True, clearance=30)
@@ -159,7 +159,7 @@ def test_remarks_become_comments(dmu50v):
 
 
 def test_tool_length_and_origin_matter(blade):
-    data = machine.load(DATA / "machines/nutating_head.toml")
+    data = load_machine(DATA / "machines/nutating_head.toml")
     base = postprocess(blade, data).blocks.words
     for change in ({"tool_length": 131.0}, {"origin": (0, 0, 1)}):
         other = postprocess(blade, data.with_setup(**change)).blocks.words
@@ -348,7 +348,7 @@ def test_the_blade_is_what_its_script_makes():
 @pytest.mark.parametrize("name", [path.stem for path in FIVE_AXES])
 def test_a_calibration_of_micrometres_keeps_the_branch(name, blade, of):
     """15 µm and 30 µrad in both rotary axes: the joints move a little, none of them to the other solution."""
-    nominal = machine.load(name)
+    nominal = load_machine(name)
     if name == "dmu50v":  # the blade passes its pole, where the travel of B ends: a little beyond must be allowed
         tilting = replace(nominal.rotary[0], limits=(-0.01, np.pi))
         nominal = replace(nominal, rotary=(tilting, nominal.rotary[1]))
@@ -414,7 +414,7 @@ def test_the_path_holds_the_records(dmu50v, blade):
 @pytest.mark.parametrize("name", ["ac_head", "head_b_table_c", "ac_table"])
 def test_a_program_says_what_the_control_has_to_hold(name, blade):
     """Pivots, work offset and tool length with TCP; without it the length that a head's words rest on."""
-    data = machine.load(name).with_setup(tool_length=101.5, origin=(1, 2, 3))
+    data = load_machine(name).with_setup(tool_length=101.5, origin=(1, 2, 3))
     text = postprocess(blade, data, dialect="fanuc", tcp=True).program
     for joint in data.rotary:
         assert f"CONTROL HOLDS: {joint.name} THROUGH " in text

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import load_machine, machine_file
 from mathpost.errors import InputError, ReachError
 from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
+from mathpost.machine import ENDLESS
 from mathpost.path import cl as cldata
 from mathpost.path import selection
 from mathpost.path.dynamic_programming import HALF_TURN
@@ -31,7 +32,7 @@ def machine_code():
 
 def limited(name, *, workpiece_side=None, tool_side=None, rates=True):
     """A machine file with other travel (degrees), or without rates."""
-    return restricted(Kinematics(machine.load(DATA / f"machines/{name}.toml")), workpiece_side, tool_side, rates)
+    return restricted(Kinematics(load_machine(DATA / f"machines/{name}.toml")), workpiece_side, tool_side, rates)
 
 
 def restricted(kin, workpiece_side=None, tool_side=None, rates=True):
@@ -42,7 +43,7 @@ def restricted(kin, workpiece_side=None, tool_side=None, rates=True):
     for index, limits in ((at_workpiece_side, workpiece_side), (1 - at_workpiece_side, tool_side)):
         if limits is not None:
             rotary[index] = replace(rotary[index], limits=tuple(np.radians(limits)))
-    linear = tuple(replace(axis, limits=machine.ENDLESS) for axis in data.linear)
+    linear = tuple(replace(axis, limits=ENDLESS) for axis in data.linear)
     if not rates:
         rotary = [replace(joint, max_rate=None) for joint in rotary]
         linear = tuple(replace(axis, max_rate=None) for axis in linear)
@@ -271,7 +272,7 @@ def test_by_default_the_longer_side_of_the_tilting_axis_is_preferred(travel_of_a
 @pytest.mark.parametrize(("below", "above", "side"), [(40, 50, 1), (50, 40, -1)])
 def test_the_longer_side_is_counted_from_the_middle_of_the_two_solutions(below, above, side):
     """With a tool that leans at 0 the middle, where the tool stands on the pole, is not at 0."""
-    kin = Kinematics(machine.from_dict(content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))))
+    kin = Kinematics(machine_file.from_dict(content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))))
     derived = kin.inverse_symbolic
     middle = np.degrees(float(sum(derived.solutions) / 2))
     assert abs(middle) > 20
@@ -730,12 +731,12 @@ def test_a_limit_of_many_turns_that_is_met_is_kept(strategy, monkeypatch):
 
 SHORT_PATH = """
 import numpy as np
-from mathpost import machine
+from mathpost import load_machine, machine_file
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.path import selection
 from mathpost.path.dynamic_programming import HALF_TURN
-kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
+kin, blade = Kinematics(load_machine("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
 print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
 """
 

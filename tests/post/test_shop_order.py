@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.path import cl as cldata
 from mathpost.shop.controls import control
 
@@ -39,7 +39,7 @@ CLAMPS = {"A": ("M10", "M11"), "C": ("M12", "M13")}
 
 def lines_of(dialect, tcp=False):
     """The lines of a program, without numbers and comments, and its report."""
-    data = machine.load("ac_table")
+    data = load_machine("ac_table")
     rotary = tuple(replace(joint, clamp=CLAMPS[joint.name]) for joint in data.rotary)
     data = replace(data, rotary=rotary, program_foot=("M9",))
     result = postprocess(cldata.parse(JOB, "job.cl"), data, dialect=dialect, tcp=tcp)
@@ -98,7 +98,7 @@ def test_the_last_digits_of_a_tilted_plane_begin_no_new_cycle():
     """Two holes at one height: their Z differ by 0.0001 mm, which the rounded angles of the plane leave."""
     holes = "CYCLE/DRILL,DEPTH,12,CLEAR,3,MMPM,300\nGOTO/40,-10,40,0.5,0,0.866025\nGOTO/40,10,40\nCYCLE/OFF\n"
     text = f"UNITS/MM\nLOADTL/2,LENGTH,140\nRAPID\nGOTO/40,0,90,0.5,0,0.866025\n{holes}RAPID\nGOTO/60,10,90\n"
-    data = replace(machine.load("ac_table"), program_foot=("M9",))
+    data = replace(load_machine("ac_table"), program_foot=("M9",))
     program = postprocess(cldata.parse(text), data, dialect="heidenhain").program
     assert program.count("CYCL DEF 200") == 1 and program.count("CYCL CALL") == 2
 

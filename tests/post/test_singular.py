@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from mathpost import machine
+from mathpost import load_machine, machine_file
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
@@ -36,8 +36,8 @@ def test_measure_is_the_area_that_the_tool_axis_sweeps(kin):
 
 
 def test_closed_forms():
-    tilted = Kinematics(machine.load(DATA / "machines/dmu50v.toml"))
-    trunnion = Kinematics(machine.load(DATA / "machines/ac_table.toml"))
+    tilted = Kinematics(load_machine(DATA / "machines/dmu50v.toml"))
+    trunnion = Kinematics(load_machine(DATA / "machines/ac_table.toml"))
     assert sp.simplify(singular.measure(tilted) ** 2 - sp.sin(tilted.inverse_symbolic.tool_side) ** 2 / 4) == 0
     assert sp.simplify(singular.measure(trunnion) ** 2 - sp.sin(trunnion.inverse_symbolic.tool_side) ** 2) == 0
     axis = tilted.forward([0, 0, 0, 2.335, 0], degrees=True)[1]
@@ -66,7 +66,7 @@ def test_amplification_is_what_the_workpiece_side_axis_does(kin):
 
 def test_machine_whose_pole_is_out_of_reach():
     """With the tool tilted against the table, the ends of reach are singular instead of the pole."""
-    kin = Kinematics(machine.from_dict(content((1, 0, 0), (0, 0, 1), tool=(1, 0, 3))))
+    kin = Kinematics(machine_file.from_dict(content((1, 0, 0), (0, 0, 1), tool=(1, 0, 3))))
     assert kin.reach[0] == pytest.approx(np.arctan2(1, 3))
     edge = np.array([np.sin(kin.reach[0]), 0, np.cos(kin.reach[0])])
     assert singular.distance(kin, edge) == pytest.approx(0, abs=1e-15)
@@ -142,7 +142,7 @@ def test_pole_between_two_records_is_found(dmu50v, blade):
 @pytest.fixture(params=["dmu50v", "ac_table", "head_b_table_c", "nutating_head"])
 def crossing(request):
     """A pass by the pole on a machine that could take either branch."""
-    kin = Kinematics(machine.load(DATA / f"machines/{request.param}.toml"))
+    kin = Kinematics(load_machine(DATA / f"machines/{request.param}.toml"))
     cl = pass_by(kin, 0.004)
     joints = selection.choose(kin, cl, "shortest").joints
     (region,) = singular.regions(kin, cl, joints, cone=0.05)
@@ -180,7 +180,7 @@ def test_ways_through(crossing, name):
 
 
 def test_moving_aside_slows_the_workpiece_side_axis():
-    kin = Kinematics(machine.load(DATA / "machines/ac_table.toml"))
+    kin = Kinematics(load_machine(DATA / "machines/ac_table.toml"))
     cl = pass_by(kin, 0.002, count=41)
     joints = selection.choose(kin, cl, prefer=1).joints
     crossing = Crossing(kin, cl, joints, singular.regions(kin, cl, joints, cone=0.15)[0])

@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, machine_file, postprocess
 from mathpost.errors import InputError, MathpostError
+from mathpost.files import read_toml
 from mathpost.machine import Solid
 from mathpost.path import cl
 from mathpost.shop.post import solids
 from mathpost.shop.post.body import ABOVE, BODY, in_body
 from mathpost.shop.post.verify import verify
-from mathpost.toml_table import read_toml
 from tests.conftest import DATA
 from tests.independent import judge
 
-TABLE = machine.load("ac_table")
+TABLE = load_machine("ac_table")
 STOCK = Solid((-50, -50, 0), (50, 50, 60))
 CLAMP = Solid((60, 0, 0), (60, 0, 80), 10)  # beside it, and higher
 SLOT = "FEDRAT/500\nRAPID\nGOTO/-60,0,70,0,0,1\nGOTO/-60,0,50\nGOTO/40,0,50\nRAPID\nGOTO/40,0,70\n"
@@ -34,7 +34,7 @@ def test_a_machine_file_names_them():
         "stock": [{"from": [-50, -50, 0], "to": [50, 50, 60]}],
         "fixture": [{"from": [60, 0, 0], "to": [60, 0, 80], "radius": 10}],
     }
-    found = machine.from_dict(content)
+    found = machine_file.from_dict(content)
     assert found.stock == (STOCK,) and found.fixture == (CLAMP,)
     for wrong, why in (
         ({"from": [0, 0, 0], "to": [9, 9, 0]}, "key 'to'"),
@@ -45,7 +45,7 @@ def test_a_machine_file_names_them():
     ):
         content["workpiece"]["fixture"] = [{"from": [0, 0, 0], "to": [1, 2, 3]}, wrong]
         with pytest.raises(InputError, match=rf"fixture 2, {why}"):
-            machine.from_dict(content)
+            machine_file.from_dict(content)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, postprocess
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
@@ -27,7 +27,7 @@ def round_the_cone(turns=1.5, count=80):
 
 def with_c_to_200(name):
     """A machine whose C must unwind."""
-    data = machine.load(name)
+    data = load_machine(name)
     limits = (-np.radians(200), np.radians(200))
     rotary = tuple(replace(joint, limits=limits) if joint.name == "C" else joint for joint in data.rotary)
     return replace(data, rotary=rotary)
@@ -91,7 +91,7 @@ GOTO/10,5,0,0,0.2,0.979796
 @pytest.mark.parametrize("name", MACHINES)
 def test_an_approach_goes_down_last_and_onto_the_part_at_its_feed(name, dialect, tcp):
     """Z of the machine, the rotary axes, X Y, then down to the lifted pose, and at the feed of the cut onto it."""
-    data = replace(machine.load(name), program_foot=("M9",))
+    data = replace(load_machine(name), program_foot=("M9",))
     result = postprocess(cldata.parse(TWO_TOOLS), data, dialect=dialect, tcp=tcp)
     lines, (safe,) = result.program.splitlines(), control.load(dialect).lines("safe", data.safe[2])
     starts = [row for row, line in enumerate(lines) if line.endswith(safe)]
@@ -117,7 +117,7 @@ def test_an_approach_goes_down_last_and_onto_the_part_at_its_feed(name, dialect,
 @pytest.mark.parametrize("dialect", control.names())
 def test_the_rotary_axes_stand_where_they_are_while_a_tool_is_changed(dialect, tcp):
     """Nothing asks for more; behind the change they turn at the safe height, straight to the next position."""
-    setup = replace(machine.load("ac_table"), program_head=("; OURS" if dialect == "heidenhain" else "G40",))
+    setup = replace(load_machine("ac_table"), program_head=("; OURS" if dialect == "heidenhain" else "G40",))
     lines = ["UNITS/MM", "FEDRAT/500,MMPM", "LOAD/TOOL,3", "SPINDL/900", "GOTO/0,0,9,0,0.5,0.8660254038",
              "GOTO/9,0,0", "LOAD/TOOL,7", "GOTO/0,5,9,0.5,0,0.8660254038", "GOTO/20,5,0"]  # fmt: skip
     result = postprocess(cldata.parse("\n".join(lines) + "\n"), setup, dialect=dialect, tcp=tcp)
@@ -131,7 +131,7 @@ def test_the_rotary_axes_stand_where_they_are_while_a_tool_is_changed(dialect, t
 
 @pytest.mark.parametrize("dialect", ["heidenhain", "fanuc", "siemens"])
 def test_x_and_y_of_the_safe_position_are_left_and_reached_at_its_z(dialect):
-    data = replace(machine.load("ac_table"), program_foot=("M9",), safe=(100.0, 150.0, 390.0))
+    data = replace(load_machine("ac_table"), program_foot=("M9",), safe=(100.0, 150.0, 390.0))
     blocks = postprocess(cldata.parse(TWO_TOOLS), data, dialect=dialect).blocks
     steps = np.abs(np.diff(blocks.words[:, :3], axis=0)) > 1e-3
     over = blocks.words[:, :2] == [100.0, 150.0]
@@ -142,7 +142,7 @@ def test_x_and_y_of_the_safe_position_are_left_and_reached_at_its_z(dialect):
 
 
 def test_motion_only_stays_motion_only():
-    text = postprocess(cldata.parse(TWO_TOOLS), machine.load("ac_table")).program
+    text = postprocess(cldata.parse(TWO_TOOLS), load_machine("ac_table")).program
     assert "MOTION ONLY" in text and "M91" not in text
 
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, machine_file, postprocess
 from mathpost.errors import MathpostError
 from mathpost.interface.shell.main import main
 from mathpost.path import cl as cldata
@@ -47,7 +47,7 @@ def test_vectors_of_the_tool_axis_agree():
     made = slips.job(rng, tcp=True)
     while made.control not in ("fanuc", "mazak"):
         made = slips.job(rng, tcp=True)
-    file = next(file for file in sorted((DATA / "machines").glob("*.toml")) if machine.load(file) == made.machine)
+    file = next(file for file in sorted((DATA / "machines").glob("*.toml")) if load_machine(file) == made.machine)
     model, angles, lines = Model(file), {}, []
     for line in made.text.replace("G43.4", "G43.5").splitlines():
         words = re.findall(r"(?<![A-Z])([ABC])(-?[\d.]+)", line) if " X" in line or " Y" in line else []
@@ -161,7 +161,7 @@ def test_the_way_under_tcp_may_leave_travel():
     text = "M128\n" + "".join(
         f"L X+240 Y{y:+} Z+100 B+0 C{c:+} F1000\n" for y, c in ((0, 0), (1, 0), (0, 0), (0, 180), (1, 180))
     )
-    judged = verify(text, machine.load("dmu50v"))
+    judged = verify(text, load_machine("dmu50v"))
     assert judged.outside == ((3, "on the way: Y 240.000 mm is outside -225 … 225"),)
 
 
@@ -205,14 +205,14 @@ SLOT = "G21 G90 G0 X0. Y0. Z5. A0. C0.\nG1 Z-2. F300.\nX50.\n"  # 10 mm wide and
 def test_a_strangers_rapid_move_is_held_against_every_way(after, line):
     """The tool, 10 mm across, anywhere in the box of its slides."""
     text = SLOT + after + "M30\n"
-    judged = verify(text, machine.load("ac_table"), "fanuc")
+    judged = verify(text, load_machine("ac_table"), "fanuc")
     assert [judged.line(block) for block in judged.unsure] == ([] if line is None else [line]), judged
     assert ("clear of all cuts" in str(judged)) == (line is None)
     assert judged.unjudged == ()
 
 
 def test_a_rapid_move_of_rotary_axes_with_others_is_not_judged():
-    judged = verify(SLOT + "G0 Z90.\nG0 A30.\nG0 X0. C90.\nM30\n", machine.load("ac_table"), "fanuc")
+    judged = verify(SLOT + "G0 Z90.\nG0 A30.\nG0 X0. C90.\nM30\n", load_machine("ac_table"), "fanuc")
     assert [judged.line(block) for block in judged.unjudged] == [6]
     assert "line 6 first, 1 in all" in str(judged)
 
@@ -220,9 +220,9 @@ def test_a_rapid_move_of_rotary_axes_with_others_is_not_judged():
 def test_the_first_rapid_move_of_another_tool_is_said_not_to_be_judged():
     """Where the slides stand before it depends on both lengths."""
     text = SLOT + "G0 Z90.\nT2 M6\nG0 G43 H2 X0. Y0. Z50.\nG0 X5.\n"
-    judged = verify(text, machine.load("ac_table"), "fanuc", setup=Setup(lengths={"1": 100.0, "2": 120.0}))
+    judged = verify(text, load_machine("ac_table"), "fanuc", setup=Setup(lengths={"1": 100.0, "2": 120.0}))
     assert "the first after a change of tool" in str(judged)
-    assert "not judged" not in str(verify(SLOT, machine.load("ac_table"), "fanuc"))
+    assert "not judged" not in str(verify(SLOT, load_machine("ac_table"), "fanuc"))
 
 
 def test_ways_are_known_where_the_axes_arrive_together():
@@ -230,11 +230,11 @@ def test_ways_are_known_where_the_axes_arrive_together():
         f"L {words} {feed}\n"
         for words, feed in (("X+0 Y+0 Z-2 B+0 C+0", "F300"), ("X+50", ""), ("X+0 Z+5", "FMAX"))
     )
-    judged = verify(text, machine.load("dmu50v"), "heidenhain")
+    judged = verify(text, load_machine("dmu50v"), "heidenhain")
     assert judged.unsure == () and "clear of all cuts, the axes arrive together" in str(judged)
 
 
-AT_ONCE = machine.from_dict(content((-1, 0, 0), (0, 0, -1)))  # no rates: it goes as fast as it is told
+AT_ONCE = machine_file.from_dict(content((-1, 0, 0), (0, 0, -1)))  # no rates: it goes as fast as it is told
 TURNS = {  # control, program, seconds: F is degrees a minute where only rotary axes move, and waiting counts
     "fanuc": ("G21 G90 G94 G49 G0 X0 Y0 Z0 A0 C0\nG4 X2.5\nG4 P500\nG1 A30 C40 F300\n", 3 + 50 * 60 / 300),
     "mazak": ("G94 G1 A90 F360\n", 15),

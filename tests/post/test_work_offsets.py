@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import load_machine, machine_file, postprocess
 from mathpost.errors import InputError
+from mathpost.files import read_toml
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.shop.controls.coordinates import Setup as Tables
@@ -53,7 +54,7 @@ def test_each_operation_is_cut_at_its_origin(control, tcp, of):
     for name in of([MACHINES[number % 3]], MACHINES):
         rng = np.random.default_rng(10 * number + tcp)
         shift = rng.uniform(-20, 20, 3).round(2)
-        setup = machine.load(name)
+        setup = load_machine(name)
         others = ((2, tuple((setup.origin + shift).tolist())),)
         head = ("; OURS",) if control == "heidenhain" else ("G40",)
         setup = replace(setup, offset=4, offsets=others, program_head=head)
@@ -75,13 +76,13 @@ def test_each_operation_is_cut_at_its_origin(control, tcp, of):
 
 def with_offsets(*lines, **changes):
     text = "\n".join(["UNITS/MM", "FEDRAT/500,MMPM", *lines]) + "\n"
-    return cldata.parse(text), replace(machine.load("ac_table"), **changes)
+    return cldata.parse(text), replace(load_machine("ac_table"), **changes)
 
 
 def test_the_machine_file_says_which_offset_without_the_cl_data(blade):
-    lines = postprocess(blade, replace(machine.load("dmu50v"), offset=3), dialect="fanuc").program.splitlines()
+    lines = postprocess(blade, replace(load_machine("dmu50v"), offset=3), dialect="fanuc").program.splitlines()
     assert [line.split()[-1] for line in lines if line.endswith("G56")] == ["G56"]
-    moved = postprocess(blade, machine.load("dmu50v"), dialect="fanuc").program
+    moved = postprocess(blade, load_machine("dmu50v"), dialect="fanuc").program
     assert "G54" not in moved and "G56" not in moved
 
 
@@ -141,11 +142,11 @@ def test_numbers_of_a_machine_file():
     wrong = {"offset": 2, "offsets": {"2": [0, 0, 0]}}
     for content, key in ((wrong, "offsets"), ({"offset": 0}, "offset"), ({"offsets": {"0": [0, 0, 0]}}, "'0'")):
         with pytest.raises(InputError, match=key):
-            machine.from_dict(content_of(**content))
+            machine_file.from_dict(content_of(**content))
 
 
 def content_of(**workpiece):
-    content = machine.read_toml(DATA / "machines/ac_table.toml")
+    content = read_toml(DATA / "machines/ac_table.toml")
     content["workpiece"] |= workpiece
     return content
 
@@ -154,7 +155,7 @@ def content_of(**workpiece):
 @pytest.mark.parametrize("control", CONTROLS)
 def test_a_program_with_several_offsets_is_verified(control, tcp):
     rng = np.random.default_rng(7)
-    setup = machine.load("ac_table")
+    setup = load_machine("ac_table")
     origin = tuple(np.add(setup.origin, [60, -40, 12]).tolist())
     setup = replace(setup, offset=4, offsets=((2, origin),))
     cl = cldata.parse(job(rng, setup, {4: np.zeros(3), 2: np.zeros(3)})[0])
@@ -177,7 +178,7 @@ def test_a_program_with_several_offsets_is_verified(control, tcp):
 
 def test_an_offset_that_the_control_does_not_have_moves_no_record():
     """CL data of another system may number them as they like; with one origin there is nothing to shift."""
-    setup = machine.load("ac_table")
+    setup = load_machine("ac_table")
     lines = ["UNITS/MM", "FEDRAT/500,MMPM", "GOTO/0,0,5,0,0,1", "GOTO/9,0,5,0,0,1"]
     program = postprocess(cldata.parse("\n".join(lines)), setup, dialect="haas").program
     named = cldata.parse("\n".join([*lines[:2], "MCSYS/NUM,4711", *lines[2:]]))

@@ -7,7 +7,7 @@ import openpyxl
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import load_machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.teaching.workbook import Task, check_file
@@ -438,7 +438,7 @@ def test_an_angle_of_itself_ends_the_check(tmp_path):
 
 @pytest.mark.parametrize("group", [False, True])
 def test_tip_and_linear_words_under_each_others_headings_are_wrong(group, tmp_path):
-    kinematics = Kinematics(machine.load(ROOT / "data/machines/dmu50v.toml"))
+    kinematics = Kinematics(load_machine(ROOT / "data/machines/dmu50v.toml"))
     rng = np.random.default_rng(1)
     tips, axes = rng.uniform(-50, 50, (4, 3)).round(3), np.abs(rng.normal(size=(4, 3)))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import InputError
 from mathpost.interface.shell.options import FILE, MACHINE, OUTPUT, given
 from mathpost.shop.compensate import handover, readings
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the estimate; write the machine, its errors and the terms. 1 if the readings do not fit."""
-    setup = machine.load(options.machine)
+    setup = machine_file.load(options.machine)
     if options.template:
         print(readings.template(options.template, setup), end="")
         return 0

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import InputError
 from mathpost.files import write_bytes, write_text
 from mathpost.interface.shell.options import FILE, LANGUAGE, given, show_progress, vector
@@ -76,7 +76,7 @@ def judge(path: Path, task: workbook.Task | workbook.Reference) -> workbook.File
 
 def asked(options: argparse.Namespace) -> workbook.Task | workbook.Reference:
     """Return the task that the options name, or the reference."""
-    if options.machine is not None and len(machine.load(options.machine).rotary) < 2:
+    if options.machine is not None and len(machine_file.load(options.machine).rotary) < 2:
         raise InputError("--machine", "a machine with two rotary axes", "one")
     path = Path(options.task or "")
     is_file = path.suffix.lower() == ".toml"

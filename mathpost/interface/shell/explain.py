@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.positions import explain_linear, explain_tip
 from mathpost.detective.rotary_axes import explain_joints
@@ -102,7 +102,7 @@ def _active(numbers: list[str], convention: str | None) -> list[str]:
 
 def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
     """Explain the words of a machine; without a result print the positions for a tool axis and return None."""
-    kinematics = Kinematics(machine.load(options.machine))
+    kinematics = Kinematics(machine_file.load(options.machine))
     if options.joints:
         return [explain_tip(kinematics, *_rows(options, "joints", "result"))]
     if options.tip and options.rotary:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mathpost import euler, machine
+from mathpost import euler, machine_file
 from mathpost.chain import machine_frames
 from mathpost.errors import InputError
 from mathpost.frame import Frame
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the plane; return 1 if the machine has no position inside travel."""
-    kinematics = None if options.machine is None else Kinematics(machine.load(options.machine))
+    kinematics = None if options.machine is None else Kinematics(machine_file.load(options.machine))
     names = () if kinematics is None else kinematics.machine.joint_names[3:]
     present = np.array(count_of(options.present, names, "--from") if options.present else [0.0] * len(names))
     plane, form = _read(options, kinematics, present)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import InputError
 from mathpost.interface.shell.options import JSON, MACHINE, PRESENT, THREE, columns, count_of, named, number
 from mathpost.kinematics import Kinematics
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the positions, or the pose; return 1 if nothing is inside travel."""
     if (options.axis is None) == (options.joints is None):
         raise InputError("pose", "--axis or --joints", "both" if options.axis else "neither")
-    kinematics = Kinematics(machine.load(options.machine))
+    kinematics = Kinematics(machine_file.load(options.machine))
     names = kinematics.machine.joint_names
     taken, present = {}, [0.0] * len(names[3:])
     if options.present:

@@ -7,7 +7,7 @@ import math
 import sys
 from collections.abc import Callable
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.interface.shell.options import FILE, OUTPUT, degrees, given, vector, write
 from mathpost.machine import Machine
 from mathpost.path import cl
@@ -80,7 +80,7 @@ def keep_freed_memory() -> None:
 
 def read(options: argparse.Namespace) -> tuple[CLData, Machine]:
     """Return the CL data, and the machine with its setup."""
-    setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
+    setup = machine_file.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
     ignored = tuple(word.strip() for word in options.ignore.split(",") if word.strip())
     chords = min(cl.ARC_TOLERANCE, options.tolerance / 5)
     stated = given(options, ("unit", "feed"))

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import InputError
 from mathpost.interface.shell.options import FILE, MACHINE, OUTPUT, write
 from mathpost.kinematics import Kinematics
@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the functions of a machine."""
-    kin = Kinematics(machine.load(options.machine))
+    kin = Kinematics(machine_file.load(options.machine))
     if options.to != "linuxcnc":
         write(options.output, codegen.machine(kin, options.to))
         return 0

@@ -2,7 +2,7 @@
 
 import argparse
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.files import write_text
 from mathpost.interface.shell.options import FILE, MACHINE, OUTPUT
 from mathpost.kinematics import Kinematics
@@ -17,5 +17,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the page."""
-    write_text(options.output, machine_page.page(Kinematics(machine.load(options.machine))))
+    write_text(options.output, machine_page.page(Kinematics(machine_file.load(options.machine))))
     return 0

@@ -12,9 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import InputError
-from mathpost.files import read_bytes, read_text, write_text
+from mathpost.files import TomlTable, a_number, only_if, read_bytes, read_text, read_toml, write_text
 from mathpost.interface.shell.options import FILE, degrees, vector
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
@@ -23,7 +23,6 @@ from mathpost.shop.controls import control
 from mathpost.shop.controls.coordinates import Setup
 from mathpost.shop.post.options import TOLERANCE
 from mathpost.shop.post.verify import Verified, verify
-from mathpost.toml_table import TomlTable, a_number, only_if, read_toml
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine
@@ -59,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print what the program does; return 1 if a block is off its CL path, out of travel, or rapid in the cut."""
     origin, offsets = _origins(options.origin)
-    setup = machine.load(options.machine).with_setup(origin=origin, tool_length=options.tool_length)
+    setup = machine_file.load(options.machine).with_setup(origin=origin, tool_length=options.tool_length)
     path = cl.read(options.cl) if options.cl else None
     lengths = _lengths(options.tools) if options.tools else _of_cl(path)
     text = read_bytes(options.program).decode("utf-8-sig", "replace")

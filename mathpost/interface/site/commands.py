@@ -11,9 +11,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from mathpost.files import data_file, read_text
+from mathpost.files import data_file, read_text, read_toml
 from mathpost.interface.shell.main import COMMANDS, main, option_actions
-from mathpost.toml_table import read_toml
 
 TOLD = read_toml(Path(__file__).with_name("commands.toml"))
 LINES = 40  # of an example's output that are shown

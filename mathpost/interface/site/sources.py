@@ -15,7 +15,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from nbformat import NotebookNode
 
 import mathpost
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.detective.causes import CAUSES
 from mathpost.errors import InputError
 from mathpost.files import data_file, read_text, write_text
@@ -144,7 +144,7 @@ def pages(folder: Path, output: Path) -> Iterator[tuple[str, str]]:
     if not lessons:
         raise InputError(f"{folder}", "a folder of notebooks", "none")
     urls = dict(each.split(", ") for each in metadata.metadata("mathpost").get_all("Project-URL", []))
-    machines = {p.stem: Kinematics(machine.load(p)) for p in sorted(data_file("machines").glob("*.toml"))}
+    machines = {p.stem: Kinematics(machine_file.load(p)) for p in sorted(data_file("machines").glob("*.toml"))}
     shell = commands.read(folder)
     texts = {Path(name).stem.lower(): folder / name for name in TEXTS if (folder / name).exists()}
     jinja = Environment(

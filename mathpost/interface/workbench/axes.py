@@ -9,7 +9,8 @@ import ipywidgets as widgets
 import tomlkit
 
 from mathpost.errors import InputError, MathpostError
-from mathpost.machine import LETTERS, from_dict
+from mathpost.machine import LETTERS
+from mathpost.machine_file import from_dict
 
 COLUMNS = ("from", "to", "rate", "acceleration")
 Row = dict[str, float | None]  # from column to number; None: not stated

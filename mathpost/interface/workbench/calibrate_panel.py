@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.errors import InputError
 from mathpost.interface.shell.calibrate import SAID
 from mathpost.interface.shell.options import given
@@ -28,7 +28,7 @@ def panel(**values: Any) -> Panel:
 
 def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:
     """Estimate as the shell does."""
-    setup = machine.load(options.machine)
+    setup = machine_file.load(options.machine)
     if options.template:
         text = readings.template(options.template, setup)
         made = {f"{options.template}.csv": text.encode()}

@@ -202,8 +202,8 @@ def calibrate(machine: Machine, paths: Sequence[Path | str], **settings: Any) ->
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> found = calibrate(machine.load("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
+    >>> from mathpost import load_machine
+    >>> found = calibrate(load_machine("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
     >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm", found.fits
     ('10.3 ± 0.5 µm', True)
     """

@@ -151,9 +151,9 @@ class Compensator:
 
     Examples
     --------
-    >>> from mathpost import machine
+    >>> from mathpost import load_machine
     >>> from mathpost.shop.compensate.model import constant_errors
-    >>> trunnion = machine.load("data/machines/ac_table.toml")
+    >>> trunnion = load_machine("data/machines/ac_table.toml")
     >>> compensator = Compensator(constant_errors(trunnion, {"EXC": 0.012, "EAC": 30e-6}))
     >>> result = compensator.compensate([40, -25, 30, 0.6, 1.2])
     >>> f"{1e3 * result.before.tip:.2f} µm, {1e3 * result.after.tip:.2f} µm"

@@ -43,9 +43,9 @@ class Tracker:
 
     Examples
     --------
-    >>> from mathpost import machine
+    >>> from mathpost import load_machine
     >>> from mathpost.shop.compensate.model import ErrorModel
-    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
+    >>> model = ErrorModel(load_machine("data/machines/ac_table.toml"))
     >>> tracker = Tracker(model, ["EYA", "EYC"], [[0, 0, 0, 0, 0], [0, 0, 0, 1, 0]], sigma=0.001, expected=0.1)
     >>> update = tracker.update(tracker.predict([0.010, 0.020]))
     >>> tracker.values.round(4), update.set_aside.any().item()

@@ -7,13 +7,12 @@ import numpy as np
 import tomlkit
 
 from mathpost.errors import InputError
-from mathpost.files import read_text, write_set
-from mathpost.machine import find
+from mathpost.files import read_text, read_toml, write_set
+from mathpost.machine_file import find
 from mathpost.shop.compensate.calibrate import Calibration, columns
 from mathpost.shop.compensate.model import error_names, fingerprint
 from mathpost.shop.compensate.terms import terms
 from mathpost.shop.controls import compensation_table
-from mathpost.toml_table import read_toml
 
 
 def write(

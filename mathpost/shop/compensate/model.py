@@ -49,12 +49,11 @@ from numpy.typing import ArrayLike
 
 from mathpost import chain
 from mathpost.errors import InputError, as_array
-from mathpost.files import beside
+from mathpost.files import TomlTable, a_number, beside, only_if, read_toml, some_text
 from mathpost.formula import numeric
 from mathpost.machine import Machine
 from mathpost.rotation import ACTIVE, unit
 from mathpost.shop.measure import csv_table, spline
-from mathpost.toml_table import TomlTable, a_number, only_if, read_toml, some_text
 
 if TYPE_CHECKING:
     from mathpost.chain import Link
@@ -79,8 +78,8 @@ class ErrorModel:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
+    >>> from mathpost import load_machine
+    >>> model = ErrorModel(load_machine("data/machines/ac_table.toml"))
     >>> [link.name for link in model.links()]
     ['workpiece', 'C', 'error C', 'A', 'error A', 'X', 'error X', ..., 'programmed', 'tool']
     >>> sp.Matrix(model.sensitivity("EXC"))[:3, 0].subs({model.joints[3]: 0})
@@ -281,7 +280,7 @@ def fingerprint(machine: Machine) -> str:
 
     Examples
     --------
-    >>> from mathpost.machine import load
+    >>> from mathpost.machine_file import load
     >>> fingerprint(load("ac_table")), fingerprint(load("bc_table"))
     ('727abc5ac311', 'c8293b4b6b1a')
     """

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.files import data_file
+from mathpost.files import data_file, read_toml
 from mathpost.rotation import unit
 from mathpost.shop.compensate import instrument
 from mathpost.shop.compensate.gauge import bar
@@ -27,7 +27,6 @@ from mathpost.shop.measure.angular_error import RUNS
 from mathpost.shop.measure.fit import Value
 from mathpost.shop.measure.rotary_axis import location_errors
 from mathpost.shop.measure.words import measure
-from mathpost.toml_table import read_toml
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine, Rotary

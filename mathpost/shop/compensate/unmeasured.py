@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.files import data_file
+from mathpost.files import data_file, read_toml
 from mathpost.shop.compensate.model import SQUARENESS, table_position
 from mathpost.shop.compensate.positioning import ROUNDING
-from mathpost.toml_table import read_toml
 
 if TYPE_CHECKING:
     from mathpost.shop.compensate.problem import Problem, Solution

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mathpost.errors import NUMBER, InputError
-from mathpost.files import data_file, read_text
+from mathpost.files import TomlTable, a_number, data_file, each, one_of, only_if, read_text, read_toml, some_text
 from mathpost.machine import Machine
 from mathpost.path.modal import AUXILIARY, Command
 from mathpost.shop.controls.coordinates import POSITIONING
@@ -37,7 +37,6 @@ from mathpost.shop.controls.phrases import (
 )
 from mathpost.shop.controls.variables import NAMES
 from mathpost.shop.plane.tilted_plane import NOTATIONS
-from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
 
 COMMANDS = (
     "safe", "edge", "TCP on", "TCP off", "tool", "tool with speed", "tip", "offset",

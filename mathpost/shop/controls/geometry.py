@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError
+from mathpost.files import TomlTable, one_of, only_if, some_text
 from mathpost.machine import Machine
 from mathpost.rotation import unit
-from mathpost.toml_table import TomlTable, one_of, only_if, some_text
 
 ARRANGEMENTS = ("table-table", "head-table", "head-head")
 VECTOR = re.compile(r"(-?) ?(axis )?(first|second)(?: - (first|second))?")
@@ -44,8 +44,8 @@ class Group:
 
         Examples
         --------
-        >>> from mathpost import machine
-        >>> Group("", "table-table", "AC", "X Z", ()).against(machine.load("ac_table"))  # by ISO 841
+        >>> from mathpost import load_machine
+        >>> Group("", "table-table", "AC", "X Z", ()).against(load_machine("ac_table"))  # by ISO 841
         ['A', 'C']
         """
         return [name for name, share in self._shares(machine) if share < 0]
@@ -60,9 +60,9 @@ class Group:
 
         Examples
         --------
-        >>> from mathpost import machine
+        >>> from mathpost import load_machine
         >>> group = Group("", "table-table", "", "", (("R{X} of {second}", "second - first", ""),))
-        >>> group.numbers(machine.load("ac_table"))
+        >>> group.numbers(load_machine("ac_table"))
         [('RX of C', 0.0), ('RY of C', 0.0), ('RZ of C', 50.0)]
         """
         first, second = (rotary.name for rotary in machine.rotary)

@@ -5,7 +5,7 @@ What a file does not state, its control is not asked for: programs have straight
 
 from dataclasses import dataclass
 
-from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, some_text
+from mathpost.files import TomlTable, a_number, each, one_of, only_if, some_text
 
 PLANES = ("XY", "ZX", "YZ")  # in the order of the axes square to them, from Z
 # Numbers of a cycle, mm, seconds, mm/min and turns a minute: the coordinates of the surface, the bottom, of where

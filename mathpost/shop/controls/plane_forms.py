@@ -14,9 +14,9 @@ import numpy as np
 
 from mathpost import euler
 from mathpost.errors import NUMBER, InputError
+from mathpost.files import read_toml
 from mathpost.frame import Frame
 from mathpost.rotation import unit
-from mathpost.toml_table import read_toml
 
 FORMS = read_toml(Path(__file__).with_name("forms.toml"))
 HEADS = ("G68.2", "G68.3", "G68.4", "G68.5", "G68", "G268")

@@ -35,8 +35,8 @@ def texts(kin: Kinematics) -> dict[str, str]:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> sorted(texts(Kinematics(machine.load("dmu50v"))))
+    >>> from mathpost import load_machine
+    >>> sorted(texts(Kinematics(load_machine("dmu50v"))))
     ['README.txt', 'kins_dmu_50v_45_degree_b_tabl.c', 'machine.hal', 'machine.ini', 'machine.tbl', 'machine.var']
     """
     machine = kin.machine

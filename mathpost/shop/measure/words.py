@@ -12,8 +12,7 @@ from functools import lru_cache
 from typing import Any
 
 from mathpost.errors import NUMBER
-from mathpost.files import data_file
-from mathpost.toml_table import read_toml
+from mathpost.files import data_file, read_toml
 
 # The quantity that a unit measures, and its size in mm or radians.
 UNITS = {

@@ -50,8 +50,8 @@ def at(kinematics: Kinematics, joints: np.ndarray) -> Position:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> found = at(Kinematics(machine.load("bc_table")), [0, 0, 0, 200, 90])
+    >>> from mathpost import load_machine
+    >>> found = at(Kinematics(load_machine("bc_table")), [0, 0, 0, 200, 90])
     >>> found.axis.round(6) + 0.0, found.reasons
     (array([ 0.      , -0.34202 , -0.939693]), ('B 200.000° is outside -35 … 110',))
     """
@@ -74,8 +74,8 @@ def positions(
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> for found in positions(Kinematics(machine.load("bc_table")), [0, 0, 0], [1, 1, 1]):
+    >>> from mathpost import load_machine
+    >>> for found in positions(Kinematics(load_machine("bc_table")), [0, 0, 0], [1, 1, 1]):
     ...     print(found.joints.round(3) + 0.0, found.reasons)
     [-97.98    0.    -50.718  54.736  45.   ] ()
     [  97.98     0.     -50.718  -54.736 -135.   ] ('B -54.736° is outside -35 … 110',)
@@ -106,9 +106,9 @@ def windings(joint: Rotary, angle: float, present: float = 0.0) -> list[float]:
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> c = machine.load("ac_head").rotary[0]  # C, from -360 to 360
-    >>> windings(c, 90), windings(c, 90, -300), windings(machine.load("ac_table").rotary[1], 90)
+    >>> from mathpost import load_machine
+    >>> c = load_machine("ac_head").rotary[0]  # C, from -360 to 360
+    >>> windings(c, 90), windings(c, 90, -300), windings(load_machine("ac_table").rotary[1], 90)
     ([90.0, -270.0], [-270.0, 90.0], [90.0])
     """
     nearest = joint.nearest_turn(angle, present)
@@ -124,8 +124,8 @@ def taken(kinematics: Kinematics, axis: np.ndarray, present: ArrayLike | None = 
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> found = taken(Kinematics(machine.load("ac_table")), [0.6, 0, 0.8], [0, -80])
+    >>> from mathpost import load_machine
+    >>> found = taken(Kinematics(load_machine("ac_table")), [0.6, 0, 0.8], [0, -80])
     >>> found["Heidenhain PLANE"]
     Taken(angles=array([-36.86989765, -90.        ]), why='shortest path')
     """

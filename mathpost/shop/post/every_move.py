@@ -18,7 +18,8 @@ import numpy as np
 from mathpost.errors import MathpostError
 from mathpost.formula import slices
 from mathpost.kinematics import Kinematics
-from mathpost.machine import PROGRAM, Machine
+from mathpost.machine import Machine
+from mathpost.machine_file import PROGRAM
 from mathpost.shop.controls.reader import Program
 from mathpost.shop.controls.track import Blind
 from mathpost.shop.post.along import kinematics_of

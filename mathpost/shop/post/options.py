@@ -84,8 +84,8 @@ class Options:
 
         Examples
         --------
-        >>> from mathpost import machine
-        >>> Options.of(machine.load("dmu50v"), dialect="fanuc", singular="retract").passing.singular
+        >>> from mathpost import load_machine
+        >>> Options.of(load_machine("dmu50v"), dialect="fanuc", singular="retract").passing.singular
         'retract'
         """
         nested: dict[str, Any] = {"choosing": Choosing, "passing": Passing}

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mathpost.errors import InputError, internal
+from mathpost.files import read_toml
 from mathpost.teaching.bounds import TooLarge, bounded
 from mathpost.teaching.classroom import judged
 from mathpost.teaching.classroom.handed_in import Student, collect
@@ -26,7 +27,6 @@ from mathpost.teaching.course import exercise
 from mathpost.teaching.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, Verdict
 from mathpost.teaching.workbook import Reference
 from mathpost.teaching.workbook.folder import DAMAGED
-from mathpost.toml_table import read_toml
 
 if TYPE_CHECKING:
     from mathpost.teaching.classroom.judged import Notebook, Tried, Workbook

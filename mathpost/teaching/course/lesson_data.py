@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.files import data_file
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
@@ -32,7 +32,7 @@ def data(path: str) -> Path:
 @cache
 def load(name: str) -> Kinematics:
     """Return the kinematics of a machine of the course, by its file name."""
-    return Kinematics(machine.load(data(f"machines/{name}.toml")))
+    return Kinematics(machine_file.load(data(f"machines/{name}.toml")))
 
 
 @cache

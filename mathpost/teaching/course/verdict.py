@@ -20,9 +20,9 @@ from typing import Any
 
 from mathpost.detective.explanation import Explanation
 from mathpost.errors import InputError, MathpostError
+from mathpost.files import read_toml
 from mathpost.teaching.course.answers import Kind, Name, Names, Written
 from mathpost.teaching.course.typed import brief
-from mathpost.toml_table import read_toml
 
 Solution = Callable[..., Any]
 EXERCISES: dict[str, Exercise] = {}

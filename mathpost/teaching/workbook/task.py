@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mathpost import euler
 from mathpost.errors import InputError, as_array
-from mathpost.files import beside
-from mathpost.toml_table import read_toml
+from mathpost.files import beside, read_toml
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine

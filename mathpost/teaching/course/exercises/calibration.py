@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mathpost import machine
 from mathpost.errors import InputError
+from mathpost.machine import Rotary
 from mathpost.shop.measure import cutter, horizontal_head, rotary_axis, work_offset
 from mathpost.shop.measure.horizontal_head import VERTICAL, Head
 from mathpost.teaching.course.answers import Angle, Name, Names, Number, Vector
@@ -148,7 +148,7 @@ def square(waves=2, rows=slice(None), sense=1):
 
 def probed_table(sense: int) -> Measurement:
     """The probing of a table A whose axis is (sense, 0, 0)."""
-    return rotary_axis.probing(machine.Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
+    return rotary_axis.probing(Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
 
 
 @define("10-angles", Number(decimals=0))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost import machine, postprocess
+from mathpost import machine_file, postprocess
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.path import selection, singular
@@ -73,7 +73,7 @@ class Task:
     @property
     def kin(self) -> Kinematics:
         """The kinematics that the package makes of the machine file."""
-        return Kinematics(machine.from_dict(tomllib.loads(self.machine), "the machine"))
+        return Kinematics(machine_file.from_dict(tomllib.loads(self.machine), "the machine"))
 
     @property
     def path(self) -> CLData:

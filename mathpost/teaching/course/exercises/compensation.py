@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.formula import numeric
@@ -143,7 +143,7 @@ def twins():
 @cache
 def worse_at(tilt: float) -> float:
     """Return the tip error after one whole step at a tilt in degrees, divided by the error before it."""
-    errors = read_errors(data("errors/bohez.toml"), machine.load(data("errors/bohez_machine.toml")))
+    errors = read_errors(data("errors/bohez.toml"), machine_file.load(data("errors/bohez_machine.toml")))
     compensator = Compensator(errors)
     joints = np.array([40, -25, 30, np.radians(tilt), np.radians(70)])
     step, _ = total_differential(compensator.model, joints, errors.constant)
@@ -163,7 +163,7 @@ TWO_ERRORS, AT = {"EYA": 0.025, "EBC": -50e-6}, (20, 60, -10, -40, 15)
 @define("13b-inverse", Vector(decimals=4, unit="mm"))
 def exact_inverse(errors=TWO_ERRORS):
     """Both are constants: the machine with the moved axes has its own closed-form inverse."""
-    compensator = Compensator(constant_errors(machine.load(data("errors/bohez_machine.toml")), errors))
+    compensator = Compensator(constant_errors(machine_file.load(data("errors/bohez_machine.toml")), errors))
     joints = np.array([*AT[:3], *np.radians(AT[3:])])
     both = compensator.calibrated.inverse(*compensator.wanted(joints))
     return min(both, key=lambda branch: abs(branch[3] - joints[3]))[:3]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost import machine as machines
+from mathpost import machine_file as machines
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import unit, wrap

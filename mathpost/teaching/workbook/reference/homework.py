@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mathpost.errors import InputError
-from mathpost.files import beside
-from mathpost.toml_table import read_toml
+from mathpost.files import beside, read_toml
 
 NUMBERS = ("any", "given", "own")
 HEAD = """\
