@@ -56,9 +56,8 @@ def function(
     }
     """
     read = dict(zip(arguments, sp.symbols(f"q:{len(arguments)}"), strict=True))
-    entries = [sp.sympify(entry).xreplace(read) for entry in outputs]
-    meaning = [(symbol, value.xreplace(read)) for symbol, value in named]
-    common, results = shared(entries, sp.numbered_symbols("t"), meaning)
+    meaning = [*read.items(), *((symbol, read.get(value, value)) for symbol, value in named)]
+    common, results = shared(outputs, sp.numbered_symbols("t"), meaning)
     head, number, code = _DIALECTS[language]
     used = set().union(*(entry.free_symbols for entry in (*results, *(value for _, value in common))))
     lines = [f"    {number} {symbol} = q[{index}];" for index, symbol in enumerate(read.values()) if symbol in used]
