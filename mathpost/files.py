@@ -1,9 +1,13 @@
-"""Files: read as text or as TOML, key by key; written whole or not at all; the data that come with the package."""
+"""Files: read as text or as TOML, key by key; numbers in a text; files written whole or not at all.
+
+Where the data are that come with the package says `data_file`.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
 import os
 import re
 import tomllib
@@ -12,8 +16,10 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from mathpost.errors import NUMBER, InputError, OutputError
+from mathpost.errors import InputError, OutputError
 
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"  # a decimal number as CL files, NC programs and worksheets write it
+MINUS = str.maketrans(dict.fromkeys("−–‐－", "-"))  # as word processors write it
 LARGEST, LARGEST_BESIDE = 2**30, 16 * 2**20  # bytes of a file, and of one that a file names
 LARGEST_NUMBER = 1e9  # absolute value of a number in a TOML file
 
@@ -149,6 +155,34 @@ def one_of(*words: str) -> tuple[Callable, str]:
 
 
 some_text = only_if(lambda value: isinstance(value, str) and value.strip())
+
+
+def typed_number(text: str) -> str:
+    """Return a number that somebody typed as Python reads it; `ValueError` if it is none, or not finite.
+
+    Any minus, a decimal comma and a degree sign are understood.
+
+    Examples
+    --------
+    >>> typed_number("−0,50°"), text_of(float(typed_number("−0,50°")))
+    ('-0.50', '-0.5')
+    """
+    found = text.strip().translate(MINUS).replace(",", ".").removesuffix("°")
+    if not math.isfinite(float(found)):
+        raise ValueError
+    return found
+
+
+def text_of(number: float, decimals: int = 4) -> str:
+    """Return a number as text without trailing zeros, and without a minus before 0.
+
+    Examples
+    --------
+    >>> text_of(54.73561), text_of(45.0), text_of(-1e-9)
+    ('54.7356', '45', '0')
+    """
+    text = f"{number:z.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def write_text(path: Path | str, text: str, *, inputs: Iterable[Path | str] = ()) -> None:

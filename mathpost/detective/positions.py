@@ -17,6 +17,7 @@ from mathpost.detective.causes import Setup, causes, misread, slip
 from mathpost.detective.digits import half_digit, written_decimals
 from mathpost.detective.explanation import CHANCE, Explanation, Match, Slip, grouped, told
 from mathpost.errors import InputError, as_array
+from mathpost.files import text_of
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 
@@ -222,4 +223,4 @@ def rotary_travel(machine: Machine, angles: np.ndarray) -> tuple[str, ...]:
 def _written(values: Iterable[float]) -> str:
     names = ("X", "Y", "Z", "i", "j", "k")
     pairs = zip(names, values, strict=False)
-    return " ".join(f"{name} {float(f'{value:z.4f}'):g}" for name, value in pairs)
+    return " ".join(f"{name} {text_of(value)}" for name, value in pairs)

@@ -13,7 +13,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mathpost.errors import NUMBER, InputError
+from mathpost.errors import InputError
+from mathpost.files import NUMBER
 from mathpost.formula import slices
 from mathpost.path import text
 from mathpost.path.coordinates import Comments, Coordinates

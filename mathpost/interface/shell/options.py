@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mathpost.errors import InputError, one_line
-from mathpost.files import write_text
+from mathpost.files import text_of, typed_number, write_text
 
 OUTPUT = ("-o", "--output")
 FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
@@ -27,12 +27,10 @@ def vector(text: str) -> tuple[float, ...]:
 
 def number(text: str) -> str:
     """Return a number as it was written, as its digits show its precision; a comma is a decimal point."""
-    found = text.replace(",", ".").replace("−", "-").removesuffix("°")
     try:
-        float(found)
+        return typed_number(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
-    return found
 
 
 def count_of(values: list[str], names: Sequence[str], where: str) -> list[float]:
@@ -60,13 +58,7 @@ def columns(rows: Iterable[Sequence[str]]) -> list[str]:
 
 def named(names: Sequence[str], values: Iterable[float], decimals: int = 4) -> str:
     """Return names with their numbers, as in ``B 54.7356 C 45``."""
-    return " ".join(f"{name} {plain(value, decimals)}" for name, value in zip(names, values, strict=True))
-
-
-def plain(value: float, decimals: int = 4) -> str:
-    """Return a number without trailing zeros."""
-    text = f"{value:z.{decimals}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
+    return " ".join(f"{name} {text_of(value, decimals)}" for name, value in zip(names, values, strict=True))
 
 
 def degrees(default: float) -> dict[str, Any]:

@@ -14,8 +14,9 @@ import numpy as np
 from mathpost import euler, machine_file
 from mathpost.chain import machine_frames
 from mathpost.errors import InputError
+from mathpost.files import text_of
 from mathpost.frame import Frame
-from mathpost.interface.shell.options import FILE, JSON, PRESENT, THREE, count_of, named, plain
+from mathpost.interface.shell.options import FILE, JSON, PRESENT, THREE, count_of, named
 from mathpost.interface.shell.pose import control_lines, position_rows
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import wrap
@@ -212,15 +213,16 @@ def _plane_lines(plane: Plane, answer: dict[str, Any]) -> list[str]:
         lines += [*before, f"{last}  ; {axes}" if axes else last]
         lines += [f"   ({said['note']})"] * bool(said["note"])
     lines.append(f"The same plane: G68.2 {named('IJK', euler.twin('ZXZ', plane.values, degrees=True))}")
-    here = " ".join(plain(x) for x in plane.frame.point([SEEN, 0, 0]))
+    here = " ".join(text_of(x) for x in plane.frame.point([SEEN, 0, 0]))
     lines += [
         "",
         f"K turns what lies on the plane, not the plane. X{SEEN:g} of it is at {here} in the workpiece. With a K",
     ]
     for row in answer["wrong"]:
-        at = " ".join(plain(x) for x in row["point"])
+        at = " ".join(text_of(x) for x in row["point"])
         lines.append(
-            f"   {row['why']} (K {plain(row['K'])}): all is turned by {plain(row['turned'])}°, X{SEEN:g} is at {at}"
+            f"   {row['why']} (K {text_of(row['K'])}): "
+            f"all is turned by {text_of(row['turned'])}°, X{SEEN:g} is at {at}"
         )
     return lines if answer["wrong"] else lines[:-2]
 
@@ -234,11 +236,11 @@ def _machine_lines(
     for n, row in enumerate(left, 1):
         said = "the spindle's X lies along the plane's X"
         if abs(wrap(row["rho"])) > SAME:
-            turned, right = plain(-row["rho"]), plain(row["K"])
+            turned, right = text_of(-row["rho"]), text_of(row["K"])
             said = f"the spindle's X is {turned}° from the plane's X, with K {right} along it"
         beside = [f"{pair[0]} along the plane's {pair[1]}" for pair in row["parallel"] if pair[1] != "Z"]
         lines.append(
-            f"{n}: K {plain(float(plane['K']))}: {said}; "
+            f"{n}: K {text_of(float(plane['K']))}: {said}; "
             + (", ".join(beside) or "no slide is parallel to its X or Y")
         )
     if "table" in model.arrangement:

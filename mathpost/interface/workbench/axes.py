@@ -9,6 +9,7 @@ import ipywidgets as widgets
 import tomlkit
 
 from mathpost.errors import InputError, MathpostError
+from mathpost.files import typed_number
 from mathpost.machine import LETTERS
 from mathpost.machine_file import from_dict
 
@@ -91,9 +92,8 @@ def _text(value: float | None) -> str:
 
 
 def _number(cell: widgets.Text) -> float | None:
-    text = cell.value.strip().replace(",", ".").replace("−", "-")
     try:
-        return float(text) if text else None
+        return float(typed_number(cell.value)) if cell.value.strip() else None
     except ValueError:
         raise InputError(cell.description, "a number, or nothing", repr(cell.value)) from None
 

@@ -18,8 +18,19 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError
-from mathpost.files import TomlTable, a_number, data_file, each, one_of, only_if, read_text, read_toml, some_text
+from mathpost.errors import InputError
+from mathpost.files import (
+    NUMBER,
+    TomlTable,
+    a_number,
+    data_file,
+    each,
+    one_of,
+    only_if,
+    read_text,
+    read_toml,
+    some_text,
+)
 from mathpost.machine import Machine
 from mathpost.path.modal import AUXILIARY, Command
 from mathpost.shop.controls.coordinates import POSITIONING

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError
+from mathpost.errors import InputError
+from mathpost.files import NUMBER
 from mathpost.path import arcs
 
 CHORD = 0.0001  # mm, between an arc and the points that are made of it

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from mathpost.errors import NUMBER
+from mathpost.files import NUMBER
 from mathpost.path.text import Item, Pattern
 from mathpost.shop.controls.blocks import FEED, axis_word
 

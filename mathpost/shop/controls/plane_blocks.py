@@ -4,7 +4,8 @@ import re
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError
+from mathpost.errors import InputError
+from mathpost.files import NUMBER, text_of
 from mathpost.shop.controls import plane_forms
 from mathpost.shop.controls.plane_forms import Words
 from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
@@ -65,8 +66,8 @@ def to_text(
         solid = variant == "solid"
         angles = [*plane.values[:2], 0.0] if solid else plane.values
         mode = MODE_SOLID if solid else _mode(variant)
-        numbers = ",".join(_number(value, decimals) for value in (*plane.origin, *angles, 0, 0, 0))
-        rest = _number(plane.values[2], decimals) if solid else "0"
+        numbers = ",".join(text_of(value, decimals) for value in (*plane.origin, *angles, 0, 0, 0))
+        rest = text_of(plane.values[2], decimals) if solid else "0"
         turned = "" if rest == "0" else f"\nAROT Z{rest}"
         return f'CYCLE800(0,"{swivel_data}",0,{mode},{numbers},{direction},0,1){turned}'
     plus, shifted = ("+", "TRANS DATUM AXIS") if kind == "PLANE" else ("", "TRANS")
@@ -188,12 +189,7 @@ def _read_cycle800(words: Words) -> Plane:
     return Plane(plane.notation, plane.values, plane.frame.point(np.array(shift)))
 
 
-def _number(value: float, decimals: int) -> str:
-    text = f"{value:z.{decimals}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
-
-
 def _written(values: dict[str, float], decimals: int, plus: str = "", point: str = "") -> str:
     """Words with their values; `plus` before a number without a sign, `point` behind one without a point."""
-    texts = [(word, _number(value, decimals)) for word, value in values.items()]
+    texts = [(word, text_of(value, decimals)) for word, value in values.items()]
     return " ".join(f"{word}{plus * (text[0] != '-')}{text}{point * ('.' not in text)}" for word, text in texts)

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import euler
-from mathpost.errors import NUMBER, InputError
-from mathpost.files import read_toml
+from mathpost.errors import InputError
+from mathpost.files import NUMBER, read_toml
 from mathpost.frame import Frame
 from mathpost.rotation import unit
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError, MathpostError
+from mathpost.errors import InputError, MathpostError
+from mathpost.files import NUMBER
 from mathpost.machine import Machine
 from mathpost.shop.controls import calls, curves, stops, ways
 from mathpost.shop.controls.blocks import FEED, Blocks, axis_word

@@ -10,7 +10,8 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from mathpost.errors import NUMBER, InputError
+from mathpost.errors import InputError
+from mathpost.files import NUMBER
 from mathpost.shop.controls import control as controls
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from mathpost.errors import NUMBER, InputError
+from mathpost.errors import InputError
+from mathpost.files import NUMBER
 
 if TYPE_CHECKING:
     from mathpost.shop.controls.control import Words

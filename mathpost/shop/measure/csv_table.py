@@ -26,10 +26,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError, as_array, one_line
-from mathpost.files import read_bytes
+from mathpost.errors import InputError, as_array, one_line
+from mathpost.files import MINUS, NUMBER, read_bytes
 from mathpost.shop.measure.headings import (
-    MINUS,
     Row,
     cells_of,
     check_aside,

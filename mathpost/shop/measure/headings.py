@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
+from mathpost.files import MINUS
 from mathpost.shop.measure.words import LONGEST, Names, bracket, instead, is_aside, is_count, reverse
 
 if TYPE_CHECKING:
     from mathpost.shop.measure.csv_table import Table
 
-MINUS = str.maketrans(dict.fromkeys("−–‐－", "-"))  # as word processors write it
 PREAMBLE, WIDEST = 200, 300  # lines before the column names, and columns, at most
 WIDE = 60  # columns at most, if there are no rows below
 BELOW = 3  # lines below the column names, the first row of numbers among them

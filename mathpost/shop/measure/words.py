@@ -11,8 +11,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
-from mathpost.errors import NUMBER
-from mathpost.files import data_file, read_toml
+from mathpost.files import NUMBER, data_file, read_toml
 
 # The quantity that a unit measures, and its size in mm or radians.
 UNITS = {

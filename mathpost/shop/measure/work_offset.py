@@ -19,7 +19,8 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from mathpost.chain import exact_unit, product, turn
-from mathpost.errors import NUMBER, InputError, as_array
+from mathpost.errors import InputError, as_array
+from mathpost.files import NUMBER
 from mathpost.formula import numeric
 from mathpost.machine import Rotary
 

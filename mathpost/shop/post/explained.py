@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.detective.causes import Cause, Setup, causes, misread
-from mathpost.errors import NUMBER, MathpostError
+from mathpost.errors import MathpostError
+from mathpost.files import NUMBER
 from mathpost.kinematics import Kinematics
 from mathpost.path import deviation
 from mathpost.path.cl import CLData

@@ -25,7 +25,8 @@ from openpyxl.worksheet._read_only import ReadOnlyWorksheet
 from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.worksheet.formula import ArrayFormula, DataTableFormula
 
-from mathpost.errors import NUMBER, InputError, OutputError
+from mathpost.errors import InputError, OutputError
+from mathpost.files import NUMBER
 from mathpost.teaching.bounds import TooLarge
 from mathpost.teaching.workbook.sheet.formula import Area
 from mathpost.teaching.workbook.sheet.place import Place
