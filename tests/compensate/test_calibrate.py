@@ -13,8 +13,9 @@ from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.kinematics import Kinematics
 from mathpost.shop.compensate import handover, readings
-from mathpost.shop.compensate.calibrate import calibrate, estimate
+from mathpost.shop.compensate.calibrate import calibrate
 from mathpost.shop.compensate.compensation import Compensator
+from mathpost.shop.compensate.estimate import estimate
 from mathpost.shop.compensate.model import constant_errors, read_errors
 from mathpost.shop.compensate.moved import moved
 from mathpost.shop.measure import rotary_axis

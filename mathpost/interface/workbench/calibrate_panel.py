@@ -13,7 +13,8 @@ from mathpost.interface.shell.options import given
 from mathpost.interface.workbench.panel import Panel
 from mathpost.interface.workbench.run import Made
 from mathpost.shop.compensate import handover, readings
-from mathpost.shop.compensate.calibrate import Calibration, calibrate
+from mathpost.shop.compensate.calibrate import calibrate
+from mathpost.shop.compensate.calibration import Calibration
 from mathpost.shop.compensate.terms import terms
 
 FIRST = ("machine", "readings", "template", "accept")

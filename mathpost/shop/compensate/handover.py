@@ -9,7 +9,7 @@ import tomlkit
 from mathpost.errors import InputError
 from mathpost.files import read_text, read_toml, write_set
 from mathpost.machine_file import find
-from mathpost.shop.compensate.calibrate import Calibration, columns
+from mathpost.shop.compensate.calibration import Calibration, columns
 from mathpost.shop.compensate.model import error_names, fingerprint
 from mathpost.shop.compensate.terms import terms
 from mathpost.shop.controls import compensation_table

@@ -18,13 +18,14 @@ import numpy as np
 
 from mathpost.errors import MathpostError
 from mathpost.shop.compensate import readings as files
+from mathpost.shop.compensate.estimate import estimate
 from mathpost.shop.compensate.positioning import Positioning
 from mathpost.shop.compensate.problem import Problem
 from mathpost.shop.compensate.readings import METHODS, Read, Readings
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine
-    from mathpost.shop.compensate.calibrate import Calibration
+    from mathpost.shop.compensate.calibration import Calibration
     from mathpost.shop.measure.csv_table import Table
 
 DECISIVE = 20.0  # twice the logarithm of the odds, 20,000 to 1, by which a cause is taken for one
@@ -47,7 +48,7 @@ class Cause:
 
 def causes(
     machine: Machine, paths: Sequence[Path | str], read: Sequence[Read], settings: dict[str, Any],
-    found: Calibration | None, estimate: Callable[[Machine, Sequence[Read]], Calibration],
+    found: Calibration | None,
 ) -> list[str]:  # fmt: skip
     """Return a sentence on the likely cause if there is one; `found` is the estimate as it is, if there is one."""
     blocks = {n: each for n, each in enumerate(read) if isinstance(each, Readings)}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.rotation import unit
-from mathpost.shop.compensate.calibrate import SMALL, Calibration
+from mathpost.shop.compensate.calibration import SMALL, Calibration
 from mathpost.shop.controls import control
 from mathpost.shop.measure.fit import Value
 

@@ -15,7 +15,7 @@ from mathpost.shop.compensate.readings import METHODS, Readings
 from mathpost.shop.compensate.unmeasured import shown
 
 if TYPE_CHECKING:
-    from mathpost.shop.compensate.calibrate import Calibration
+    from mathpost.shop.compensate.calibration import Calibration
     from mathpost.shop.compensate.problem import Problem, Solution
     from mathpost.shop.compensate.unmeasured import Shown
 
