@@ -16,6 +16,7 @@ from mathpost.errors import InputError, as_array
 
 LETTERS = ("X", "Y", "Z")
 ENDLESS = (-math.inf, math.inf)
+MM_PER_INCH = 25.4
 TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may be beyond an end of its travel
 UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
 

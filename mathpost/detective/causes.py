@@ -19,13 +19,12 @@ from mathpost import chain
 from mathpost.detective.explanation import Misread, Slip
 from mathpost.files import read_toml
 from mathpost.formula import numeric
-from mathpost.machine import Machine
+from mathpost.machine import MM_PER_INCH, Machine
 from mathpost.rotation import unit
 
 if TYPE_CHECKING:
     import sympy as sp
 
-MM_PER_INCH = 25.4
 STEP, LEAST = 0.04, 0.6  # of the cost: less for each thread in which a cause was found, and no less than this
 CAUSES = read_toml(Path(__file__).with_name("causes.toml"))
 COST = {name: max(1.0 - STEP * len(cause["seen"]), LEAST) for name, cause in CAUSES.items()}

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost import chain
-from mathpost.detective.causes import MM_PER_INCH, slip
+from mathpost.detective.causes import slip
 from mathpost.detective.digits import half_digit, written_decimals
 from mathpost.detective.explanation import CHANCE, Explanation, Match, Misreading, Slip, grouped, told
 from mathpost.detective.positions import rotary_travel
 from mathpost.errors import InputError, as_array
+from mathpost.machine import MM_PER_INCH
 from mathpost.rotation import unit, wrap
 
 if TYPE_CHECKING:

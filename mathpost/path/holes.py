@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from mathpost.machine import MM_PER_INCH
 from mathpost.path.arcs import Cycle
 from mathpost.path.cl_lines import REAL, known, need
 from mathpost.path.modal import Command
 from mathpost.path.moves import Moves
-from mathpost.path.orders import BACK, FEED_UNITS, LEAST_FEED, MM_PER_INCH
+from mathpost.path.orders import BACK, FEED_UNITS, LEAST_FEED
 from mathpost.path.pieces import Hole
 
 CYCLES = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()

@@ -10,10 +10,10 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from mathpost.machine import MM_PER_INCH
 from mathpost.path.cl_lines import LARGEST, REAL, Lines, known, need
 from mathpost.path.modal import AUXILIARY, Command, Modal
 
-MM_PER_INCH = 25.4
 SCALES = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
 LEAST_FEED = 0.001  # mm/min, which programs print
 LARGEST_TOOL = 99_999_999

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mathpost.errors import MathpostError
+from mathpost.machine import MM_PER_INCH
 from mathpost.shop.compensate import readings as files
 from mathpost.shop.compensate.estimate import estimate
 from mathpost.shop.compensate.positioning import Positioning
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 
 DECISIVE = 20.0  # twice the logarithm of the odds, 20,000 to 1, by which a cause is taken for one
 BETTER = 3  # times less noise, by which one is named although what it leaves does not fit either
-INCH = 25.4
 FILES = 3  # of those that do not fit, in which a cause is sought
 MOST = 1000  # readings of a file with which causes are tried
 TRIED = 3  # causes that are estimated in full, with all readings
@@ -152,7 +152,7 @@ def _changes(blocks: Sequence[Readings], machine: Machine) -> Iterator[tuple[str
         yield f"the sign of {name}", _scaled([name], -1)
     yield "the sign of all readings", _scaled(columns, -1)
     if methods & {"ball", "sensor"}:
-        yield "places in inches", _scaled("xyz", INCH)
+        yield "places in inches", _scaled("xyz", MM_PER_INCH)
     for method, other, whose in (("ball", "sensor", "table"), ("sensor", "ball", "machine")):
         if method in methods:
             yield f"another method: {other} (along the {whose}'s axes)", _method(method, other)

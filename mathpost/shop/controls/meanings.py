@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mathpost.frame import Frame
+from mathpost.machine import MM_PER_INCH
 from mathpost.shop.controls import curves, plane_blocks, plane_forms
 from mathpost.shop.controls.calls import LABELS
 from mathpost.shop.controls.curves import PLANES
@@ -74,7 +75,7 @@ MODES = {
     "inverse time": lambda reader, line: _time(reader, inverse=True),
     "feed per minute": lambda reader, line: _time(reader),
     "feed per turn": lambda reader, line: _time(reader, per_turn=True),
-    "inch": lambda reader, line: _unit(reader, 25.4),
+    "inch": lambda reader, line: _unit(reader, MM_PER_INCH),
     "mm": lambda reader, line: _unit(reader, 1.0),
     "incremental": _counted("incremental", True),
     "absolute": _counted("incremental", False),

@@ -18,6 +18,7 @@ from mathpost.detective.causes import Cause, Setup, causes, misread
 from mathpost.errors import MathpostError
 from mathpost.files import NUMBER
 from mathpost.kinematics import Kinematics
+from mathpost.machine import MM_PER_INCH
 from mathpost.path import deviation
 from mathpost.path.cl import CLData
 from mathpost.rotation import wrap
@@ -247,7 +248,8 @@ def _hypotheses(case: Case) -> Iterator[tuple[str, Poses | None]]:
         changed = words.copy()
         changed[:, axis] *= -1
         yield f"the words {name} have the other sign", case.pose(changed)
-    for factor, phrase in ((25.4, "X Y Z are in inches"), (1 / 25.4, "X Y Z are mm taken for inches")):
+    inches = ((MM_PER_INCH, "X Y Z are in inches"), (1 / MM_PER_INCH, "X Y Z are mm taken for inches"))
+    for factor, phrase in inches:
         yield phrase, case.pose(np.c_[words[:, :3] * factor, words[:, 3:]])
     yield "the rotary axes are those of the other branch, X Y Z are not", case.pose(_other_branch(case))
     for first, second in ((0, 1), (0, 2), (1, 2), (3, 4)):
