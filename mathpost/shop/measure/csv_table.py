@@ -37,7 +37,7 @@ from mathpost.shop.measure.headings import (
     reads,
     row_of,
 )
-from mathpost.shop.measure.words import LONGEST, UNITS, Names, measure
+from mathpost.shop.measure.words import LONGEST, Names, measure, unit_names
 
 COMMENT = ("#", "%", "//")
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make
@@ -121,8 +121,8 @@ class Table(dict[str, Any]):
         asks for it.
         """
         stated = self.settings.get(f"unit {name}") or self.settings.get("unit") or default
-        units = ", ".join(each[0] for each, (measures, _) in UNITS.items() if measures == kind)
-        expected = f"its unit, in a line such as # unit = {units.split(', ')[1]}: one of {units}"
+        units = unit_names(kind)
+        expected = f"its unit, in a line such as # unit = {units[1]}: one of {', '.join(units)}"
         if kind == "length":
             expected += ", or the size of a dial's division, # unit = 0.002 mm"
         measures, size = measure(stated or "")

@@ -1,6 +1,6 @@
 """The words that people use for columns and units of readings, mapped to names and to mm or radians.
 
-Other names of columns are in data/measurements/words.toml.
+They are in data/measurements/words.toml.
 """
 
 from __future__ import annotations
@@ -13,45 +13,41 @@ from typing import Any
 
 from mathpost.files import NUMBER, data_file, read_toml
 
-# The quantity that a unit measures, and its size in mm or radians.
-UNITS = {
-    ("mm", "毫米", "millimetre", "millimetres", "millimeter", "millimeters"): ("length", 1.0),
-    ("µm", "μm", "um", "微米", "micron", "microns", "micrometre", "micrometres", "micrometer", "micrometers",
-     "mikrometer"): ("length", 1e-3),
-    ("in", "inch", "inches"): ("length", MM_PER_INCH),
-    ("thou", "mil"): ("length", 1e-3 * MM_PER_INCH),
-    ("cm",): ("length", 10.0),
-    ("m",): ("length", 1000.0),
-    ("deg", "degree", "degrees", "°", "度", "grad"): ("angle", math.radians(1)),
-    ("gon",): ("angle", math.radians(0.9)),
-    ("arcmin", "′", "'"): ("angle", math.radians(1 / 60)),
-    ("arcsec", "″", '"', "''", "角秒", "秒", "arcsecond", "arcseconds",
-     "bogensekunden"): ("angle", math.radians(1 / 3600)),
-    ("rad",): ("angle", 1.0),
-    ("mrad", "milliradian", "milliradians"): ("angle", 1e-3),
-    ("µrad", "μrad", "urad", "microradian", "microradians", "mikrorad"): ("angle", 1e-6),
-}  # fmt: skip
 LONGEST = 80  # characters of a name or a number that are read
 MOST = 16  # parts of a name that are looked at
 SIDES = ("forth", "back", "axial", "lateral")  # readings that may be called deviations, too
 APART = " _-./:|"  # characters between the words of a name
 
 
-def measure(stated: str) -> tuple[str | None, float]:
-    """Return what a unit, or a number of units, measures and its size in mm or radians; None for other words."""
-    stated = stated.strip()
-    number = re.match(NUMBER, stated)
-    count = number[0] if number else ""
-    word = stated[len(count) :].strip().casefold()
-    for words, (measures, size) in UNITS.items():
-        if word in words and float(count or 1) > 0:
-            return measures, size * float(count or 1)
-    return None, 0.0
-
-
 @lru_cache(maxsize=1)
 def _said() -> dict[str, dict[str, Any]]:
     return read_toml(data_file("measurements/words.toml"))
+
+
+@lru_cache(maxsize=1)
+def units() -> dict[str, tuple[str, float]]:
+    """Return what each unit, by its word, measures, and its size in mm or radians."""
+    sizes = {"length": 1.0, "angle": math.radians(1)}
+    kinds = _said()["units"].items()
+    return {
+        word: (kind, entry["size"] * sizes[kind])
+        for kind, entries in kinds
+        for entry in entries
+        for word in entry["words"]
+    }
+
+
+def unit_names(kind: str) -> list[str]:
+    """Return a word for each unit of ``"length"`` or ``"angle"``."""
+    return [entry["words"][0] for entry in _said()["units"][kind]]
+
+
+def measure(stated: str) -> tuple[str | None, float]:
+    """Return what a unit, or a number of units, measures and its size in mm or radians; None for other words."""
+    number = re.match(NUMBER, stated.strip())
+    count = number[0] if number else ""
+    kind, size = units().get(stated.strip()[len(count) :].strip().casefold(), (None, 0.0))
+    return (kind, size * float(count or 1)) if kind and float(count or 1) > 0 else (None, 0.0)
 
 
 def is_aside(name: str) -> bool:
