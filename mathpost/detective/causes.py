@@ -1,7 +1,7 @@
 """Mistakes between a tool and its words: the chain of a machine as somebody may have computed it.
 
 `COST` is how far-fetched a cause is, from how often it was found (`causes.toml`). A `Setup` computes the chain with
-numbers, an order or words that are not the machine's; each of `causes` changes one.
+numbers, an order or words that are not the machine's; each of `causes`, and of `causes_of_words`, changes one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mathpost import chain
-from mathpost.detective.explanation import Misread, Slip
+from mathpost.detective.explanation import Slip, setting
 from mathpost.files import read_toml
 from mathpost.formula import numeric
 from mathpost.machine import MM_PER_INCH, Machine
@@ -30,13 +30,13 @@ CAUSES = read_toml(Path(__file__).with_name("causes.toml"))
 COST = {name: max(1.0 - STEP * len(cause["seen"]), LEAST) for name, cause in CAUSES.items()}
 
 
-def slip(name: str, phrase: str, more: float = 0.0, **changes: Any) -> Slip:
+def slip(name: str, phrase: str, more: float = 0.0, change: Callable[[Any], Any] = lambda way: way) -> Slip:
     """Return the `Slip` of a cause of the catalogue; it costs `more` than its plain form."""
-    return Slip(CAUSES[name]["kind"], COST[name] + more, phrase, changes)
+    return Slip(CAUSES[name]["kind"], COST[name] + more, phrase, change)
 
 
 @dataclass(frozen=True, eq=False)
-class Setup(Misread):
+class Setup:
     """A chain as somebody computed it: that of `machine` with the changes of the `slips`."""
 
     machine: Machine
@@ -85,9 +85,9 @@ class Setup(Misread):
         made = self.values | {chain.Geometry.symbols(self.machine).tool_length: length}
         return replace(self, values=made, tool=self.tool - more * unit(np.array(self.machine.tool_axis)))
 
-    def reversed(self, name: str) -> Setup:
-        """Return the setup with a rotary axis that turns the other way."""
-        return self._with(f"V_{name}", -self._vector(f"V_{name}"))
+    def times(self, factor: float, *which: int) -> Setup:
+        """Return the setup whose rotary words `which` are multiplied by a factor."""
+        return replace(self, factor=tuple(f * factor if n in which else f for n, f in enumerate(self.factor)))
 
     def _vector(self, name: str) -> np.ndarray:
         return np.array([self.values[entry] for entry in chain.vector_symbols(name)])
@@ -113,6 +113,11 @@ class Setup(Misread):
         axis = made[:, :3, :3] @ unit(np.array(self.machine.tool_axis))
         return np.concatenate([tip[:, list(self.order)] * self.signs + self.added, axis], axis=1)
 
+    def axis(self, words: np.ndarray) -> np.ndarray:
+        """Return the tool axis, (n, 3), of rotary words (n, k), ordered and signed as the answer's entries are."""
+        axis = self.pose(np.pad(words, ((0, 0), (3, 0))))[:, 3:]
+        return axis[:, list(self.order)] * self.signs
+
     def linear(self, poses: np.ndarray) -> np.ndarray:
         """Return the words X Y Z, shape (n, 3), of a tip and rotary words, together (n, 3 + k)."""
         nothing = np.zeros((len(poses), 3))
@@ -133,90 +138,83 @@ def _links(machine: Machine) -> tuple[dict[str, Callable], tuple[sp.Symbol, ...]
     return {link.name: numeric(link.matrix, arguments) for link in chain.links(machine, True)[:-1]}, symbols
 
 
-@dataclass(frozen=True)
-class Cause:
-    """One mistake: its slip, and the change that it makes to a `Setup`."""
-
-    slip: Slip
-    change: Callable[[Setup], Setup]
-
-
-def misread(setup: Setup, *found: Cause) -> Setup:
-    """Return a setup with causes applied in order."""
-    for cause in found:
-        setup = replace(cause.change(setup), slips=(*setup.slips, cause.slip))
-    return setup
-
-
-def causes(machine: Machine) -> list[Cause]:
-    """Return all causes for a machine, the least far-fetched first.
+def causes(machine: Machine) -> list[Slip]:
+    """Return all causes of a wrong tip or X Y Z on a machine, the least far-fetched first; each changes a `Setup`.
 
     Examples
     --------
     >>> from mathpost import load_machine
-    >>> [cause.slip.phrase for cause in causes(load_machine("head_b_table_c"))][:2]
+    >>> [cause.phrase for cause in causes(load_machine("head_b_table_c"))][:2]
     ['C turns the other way', 'B turns the other way']
     """
-    found = [*_rotary(machine), *_points(machine), *_tool(machine), *_answer()]
-    return sorted(found, key=lambda cause: cause.slip.cost)
+    found = [*_rotary(machine, False), *_chain(machine), *_points(machine), *_tool(machine), *_answer()]
+    return sorted(found, key=lambda cause: cause.cost)
 
 
-def _with(**changes: Any) -> Callable[[Setup], Setup]:
-    """A change of whole fields of a setup."""
-    return lambda setup: replace(setup, **changes)
+def causes_of_words(machine: Machine) -> list[Slip]:
+    """Return all causes of wrong rotary words, the least far-fetched first; each changes a `Setup` that takes them.
+
+    The tool axis that they were made for may be a different one, too.
+    """
+    found = [*_rotary(machine, True), *_tool_axis()]
+    return sorted(found, key=lambda cause: cause.cost)
 
 
-def _set(name: str, index: int | None, value: float) -> Callable[[Setup], Setup]:
-    """A change of one entry, or of all if `index` is None, of a tuple of a setup."""
-
-    def change(setup: Setup) -> Setup:
-        old = getattr(setup, name)
-        new = tuple(value if n == index or index is None else old[n] for n in range(len(old)))
-        return _with(**{name: new})(setup)
-
-    return change
-
-
-def _rotary(machine: Machine) -> Iterator[Cause]:
-    """Sense, names, units and zeros of the rotary axes, and which carries which."""
+def _rotary(machine: Machine, words: bool) -> Iterator[Slip]:
+    """Sense, zeros, units and names of rotary axes: of a machine that has the words, or of the words themselves."""
     names = [each.name for each in machine.rotary]
-    together = " and ".join(names)
-    each_and_all: list[tuple[int | None, str, str, str]] = [(n, name, "is", "") for n, name in enumerate(names)]
+    together, degree = " and ".join(names), float(np.degrees(1))
+    each_and_all: list[tuple[tuple[int, ...], str, str, str]] = [
+        ((n,), name, "is", "") for n, name in enumerate(names)
+    ]
     if len(names) > 1:
-        each_and_all.append((None, together, "are", "s"))
-    for n, name in enumerate(names):
-        yield Cause(slip("reversed", f"{name} turns the other way"), partial(Setup.reversed, name=name))
-        for degrees in (180, 90, -90):
-            phrase = f"{name} is off by {degrees:+d} degrees"
-            yield Cause(slip("zero", phrase, 0.1 * (degrees != 180)), _set("zero", n, float(degrees)))
+        each_and_all.append(((0, 1), together, "are", "s"))
     for which, name, verb, plural in each_and_all:
-        for factor, phrase in (
-            (1 / MM_PER_INCH, f"the word{plural} {name} {verb} taken for mm and divided by 25.4"),
-            (MM_PER_INCH, f"the word{plural} {name} {verb} taken for inches and multiplied by 25.4"),
-        ):
-            yield Cause(slip("inch", phrase), _set("factor", which, factor))
-        degree = np.degrees(1)
-        yield Cause(slip("radians", f"the degrees of {name} are taken for radians"), _set("factor", which, degree))
-        yield Cause(
-            slip("radians", f"{name} {verb} converted to radians twice", 0.2), _set("factor", which, 1 / degree)
+        turned = f"{name} turn{'' if plural else 's'} the other way"
+        sign = f"the sign{plural} of {name} {verb} reversed"
+        yield slip("reversed", sign if words else turned, 0.1 * bool(plural), _times(-1, which))
+        less = (
+            f"{name} {verb} multiplied by 25.4, as if {'they' if plural else 'it'} were inches"
+            if words
+            else f"the word{plural} {name} {verb} taken for mm and divided by 25.4"
         )
-        yield Cause(slip("left-out", f"{name} {verb} left out"), _set("factor", which, 0.0))
-    if len(names) < 2:
-        return
-    first, second = names
-    both = f"{together} turn the other way"
-    yield Cause(slip("reversed", both, 0.1), lambda s: s.reversed(first).reversed(second))
-    yield Cause(
-        slip("names", f"{together} stand in each other's place"), lambda s: replace(s, source=s.source[::-1])
-    )
-    if machine.rotary[0].carries == machine.rotary[1].carries:
+        more = (
+            f"{name} {verb} divided by 25.4, as if {'they' if plural else 'it'} were mm in a program in inches"
+            if words
+            else f"the word{plural} {name} {verb} taken for inches and multiplied by 25.4"
+        )
+        yield slip("inch", less, 0.0, _times(1 / MM_PER_INCH, which))
+        yield slip("inch", more, 0.0, _times(MM_PER_INCH, which))
+        said = f"{name} {verb} written in radians" if words else f"the degrees of {name} are taken for radians"
+        yield slip("radians", said, 0.0, _times(degree, which))
+        if not words:
+            yield slip("radians", f"{name} {verb} converted to radians twice", 0.2, _times(1 / degree, which))
+            yield slip("left-out", f"{name} {verb} left out", 0.0, _times(0.0, which))
+    for n, name in enumerate(names):
+        for degrees in (180.0, 90.0, -90.0):
+            zero = tuple((-degrees if words else degrees) * (n == other) for other in range(len(names)))
+            phrase = f"{name} is off by {degrees:+g} degrees"
+            yield slip("zero", phrase, 0.1 * (degrees != 180), setting(zero=zero))
+    if len(names) > 1:
+        phrase = f"{together} stand in each other's place"
+        yield slip("names", phrase, 0.0, lambda s: replace(s, source=s.source[::-1]))
+
+
+def _times(factor: float, which: tuple[int, ...]) -> Callable[[Setup], Setup]:
+    return lambda setup: setup.times(factor, *which)
+
+
+def _chain(machine: Machine) -> Iterator[Slip]:
+    """Which of two rotary axes carries which, and the rotation the other way."""
+    names = [each.name for each in machine.rotary]
+    if len({each.carries for each in machine.rotary}) == 1 < len(names):
+        first, second = names
         phrase = f"{second} carries {first}, not {first} {second}"
-        yield Cause(slip("carried", phrase), lambda s: replace(s, links=_exchanged(s.links, names)))
-        transposed = "the whole rotation is transposed"
-        yield Cause(
-            slip("transposed", transposed),
-            lambda s: replace(s.reversed(first).reversed(second), links=_exchanged(s.links, names)),
-        )
+        yield slip("carried", phrase, 0.0, lambda s: replace(s, links=_exchanged(s.links, names)))
+        yield slip(
+            "transposed", "the whole rotation is transposed", 0.0,
+            lambda s: replace(s.times(-1, 0, 1), links=_exchanged(s.links, names)),
+        )  # fmt: skip
 
 
 def _exchanged(links: tuple[str, ...], names: Sequence[str]) -> tuple[str, ...]:
@@ -224,7 +222,7 @@ def _exchanged(links: tuple[str, ...], names: Sequence[str]) -> tuple[str, ...]:
     return tuple(other.get(name, name) for name in links)
 
 
-def _points(machine: Machine) -> Iterator[Cause]:
+def _points(machine: Machine) -> Iterator[Slip]:
     """Pivots and the workpiece origin: left out, of opposite sign or twice, counted from workpiece or machine."""
     origin, nowhere = np.array(machine.origin, dtype=float), np.zeros(3)
     points = {each.name: np.array(each.point, dtype=float) for each in machine.rotary}
@@ -245,7 +243,7 @@ def _points(machine: Machine) -> Iterator[Cause]:
             for factor, said in ((0, "left out"), (2, "taken twice"), (-1, "of the opposite sign")):
                 moved = start + factor * (where - start)
                 phrase = f"the {called} is {said}" + ", counted from machine zero" * bool(n)
-                yield Cause(slip(kind, phrase, more), partial(Setup.pivoted, name=name, point=moved))
+                yield slip(kind, phrase, more, partial(Setup.pivoted, name=name, point=moved))
 
 
 def _across(offset: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
@@ -253,39 +251,53 @@ def _across(offset: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
     return offset if axis is None else offset - offset @ axis * axis
 
 
-def _tool(machine: Machine) -> Iterator[Cause]:
+def _tool(machine: Machine) -> Iterator[Slip]:
     """The tool length, not turned with the head, left out, and taken twice."""
     if machine.tool_length == 0:
         return
     tip = -machine.tool_length * unit(np.array(machine.tool_axis))
     if any(each.carries == "tool" for each in machine.rotary):
         phrase = "the tool length is not turned with the head"
-        yield Cause(slip("tool", phrase), _with(tool=np.zeros(3), unturned=tip))
-    yield Cause(slip("tool", "the tool length is left out", 0.02), _with(tool=np.zeros(3)))
-    yield Cause(slip("tool", "the tool length is taken twice", 0.02), _with(tool=2 * tip))
+        yield slip("tool", phrase, 0.0, setting(tool=np.zeros(3), unturned=tip))
+    yield slip("tool", "the tool length is left out", 0.02, setting(tool=np.zeros(3)))
+    yield slip("tool", "the tool length is taken twice", 0.02, setting(tool=2 * tip))
 
 
-def _answer() -> Iterator[Cause]:
-    """X Y Z of the answer exchanged, of another sign, in inches."""
+def _orders(names: str) -> Iterator[tuple[tuple[int, ...], list[str]]]:
+    """Every other order of three entries, and the names of those that are moved."""
     for order in permutations(range(3)):
-        moved = ["XYZ"[n] for n in range(3) if order[n] != n]
-        if moved:
-            phrase = f"{', '.join(moved[:-1])} and {moved[-1]} of the answer are exchanged"
-            phrase += f" in a cycle: {' '.join('XYZ'[n] for n in order)}" * (len(moved) > 2)
-            yield Cause(slip("exchanged", phrase, 0.2 * (len(moved) > 2)), _with(order=order))
-    for n, name in enumerate("XYZ"):
-        signs = tuple(-1.0 if n == other else 1.0 for other in range(3))
-        yield Cause(
-            slip("copied-sign", f"the sign of the answer's {name} is lost", 0.1),
-            _with(signs=signs),
-        )
-    for reversed_slides in ("XY", "XZ", "YZ", "XYZ"):
-        signs = tuple(-1.0 if name in reversed_slides else 1.0 for name in "XYZ")
-        names = f"{', '.join(reversed_slides[:-1])} and {reversed_slides[-1]}"
-        phrase = f"the slides {names} are counted the other way"
-        yield Cause(slip("copied-sign", phrase, 0.15), _with(signs=signs))
-    for factor, phrase in (
-        (1 / MM_PER_INCH, "the answer is in inches"),
-        (MM_PER_INCH, "the answer's mm are taken for inches"),
-    ):
-        yield Cause(slip("inch", phrase, 0.3), _with(signs=(factor,) * 3))
+        if order != (0, 1, 2):
+            yield order, [names[n] for n in range(3) if order[n] != n]
+
+
+def _factors(*factors: float) -> Callable[[Setup], Setup]:
+    return lambda s: replace(s, signs=tuple(old * new for old, new in zip(s.signs, factors, strict=True)))
+
+
+def _without(lost: str, names: str) -> tuple[float, ...]:
+    return tuple(-1.0 if name in lost else 1.0 for name in names)
+
+
+def _answer() -> Iterator[Slip]:
+    """X Y Z of the answer exchanged, of another sign, in inches."""
+    for order, moved in _orders("XYZ"):
+        phrase = f"{', '.join(moved[:-1])} and {moved[-1]} of the answer are exchanged"
+        phrase += f" in a cycle: {' '.join('XYZ'[n] for n in order)}" * (len(moved) > 2)
+        yield slip("exchanged", phrase, 0.2 * (len(moved) > 2), setting(order=order))
+    for name in "XYZ":
+        yield slip("copied-sign", f"the sign of the answer's {name} is lost", 0.1, _factors(*_without(name, "XYZ")))
+    for slides in ("XY", "XZ", "YZ", "XYZ"):
+        phrase = f"the slides {', '.join(slides[:-1])} and {slides[-1]} are counted the other way"
+        yield slip("copied-sign", phrase, 0.15, _factors(*_without(slides, "XYZ")))
+    yield slip("inch", "the answer is in inches", 0.3, _factors(*[1 / MM_PER_INCH] * 3))
+    yield slip("inch", "the answer's mm are taken for inches", 0.3, _factors(*[MM_PER_INCH] * 3))
+
+
+def _tool_axis() -> Iterator[Slip]:
+    """The entries of the tool axis exchanged, or of another sign."""
+    for order, moved in _orders("ijk"):
+        phrase = f"{', '.join(moved)} of the tool axis are exchanged" + " in a cycle" * (len(moved) > 2)
+        yield Slip("exchange", len(moved) - 1, phrase, setting(order=order))
+    for name in "ijk":
+        yield Slip("axis sign", 1, f"the sign of {name} is lost", _factors(*_without(name, "ijk")))
+    yield Slip("axis sign", 1, "the tool axis points away from the spindle", _factors(-1, -1, -1))

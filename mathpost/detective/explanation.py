@@ -1,10 +1,16 @@
-"""Explanations of an answer: the simplest misreadings, each a set of slips, that give this answer."""
+"""Which changes explain an answer: the one shape of every search.
+
+A `Slip` is one change: its kind, how far-fetched it is, its sentence, and what it does to a way of computing. A
+search applies slips to the right way (`misread`) and keeps each way that gives the answer as a `Match`;
+`explanation` ranks them, puts those together that are the same everywhere, and proposes an experiment that tells
+the others apart.
+"""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 from operator import attrgetter
 from typing import Any, TypeVar
 
@@ -13,17 +19,57 @@ import numpy as np
 COST = attrgetter("cost")
 CHANCE = 0.005  # expected accidental matches above which a match explains nothing
 FAR_FETCHED = 1.0  # misreadings that cost this much more than the simplest are not shown
+MOST, SHOWN = 400, 6  # matches examined, misreadings shown: right angles and points on an axis have many
 UNROUNDED = "unrounded"  # the kind of slip that is no mistake: more digits of the input were used than are given
+Way = TypeVar("Way", bound=Any)  # of computing: a dataclass with `slips`
 
 
 @dataclass(frozen=True)
 class Slip:
-    """One mistake: its kind in a word, how far-fetched it is, its description, the fields that it changes."""
+    """One mistake: its kind in a word, how far-fetched it is, its sentence, the change to a way of computing."""
 
     kind: str
     cost: float
     phrase: str
-    changes: dict[str, Any] = field(default_factory=dict, compare=False)
+    change: Callable[[Any], Any] = field(default=lambda way: way, compare=False)
+
+
+def setting(**changes: Any) -> Callable[[Any], Any]:
+    """Return the change that sets fields of a way of computing."""
+    return lambda way: replace(way, **changes)
+
+
+def misread(way: Way, *slips: Slip) -> Way:
+    """Return a way of computing with slips applied in order."""
+    for slip in slips:
+        way = slip.change(way)
+    return replace(way, slips=(*way.slips, *slips))
+
+
+def cost_of(slips: Iterable[Slip]) -> float:
+    """Return how far-fetched slips are together."""
+    return sum(slip.cost for slip in slips)
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """A way of computing that gives the answer; without slips it is the right one."""
+
+    slips: tuple[Slip, ...]
+    product: str  # the computation as text
+    value: Callable[[Any], np.ndarray]  # its result for the question, or for any other input
+    tie: float = 0.0  # decides between ways whose slips cost the same
+    right: str = "right"
+    known_as: str = ""  # whose convention it is
+
+    @property
+    def cost(self) -> float:
+        return self.tie + cost_of(self.slips)
+
+    @property
+    def sentence(self) -> str:
+        said = " and ".join(slip.phrase for slip in self.slips) or self.right
+        return said + (f" (as {self.known_as})" if self.known_as else "")
 
 
 @dataclass(frozen=True)
@@ -38,7 +84,7 @@ class Misreading:
     cost: float  # how far-fetched it is: about one for each slip
 
     def __str__(self) -> str:
-        return f"{self.sentence}: {self.product}"
+        return f"{self.sentence}: {self.product}" if self.product else self.sentence
 
 
 @dataclass(frozen=True)
@@ -66,55 +112,70 @@ class Explanation:
         return "\n".join([*lines, *self.travel, *([self.note] if self.note else [])])
 
 
-class Misread(ABC):
-    """Anything with `slips`: their total cost and their description."""
+@dataclass(frozen=True)
+class Trial:
+    """A question, and other inputs at which ways of computing can be compared."""
 
-    @property
-    @abstractmethod
-    def slips(self) -> tuple[Slip, ...]:
-        """The mistakes."""
-
-    @property
-    def cost(self) -> float:
-        return sum(slip.cost for slip in self.slips)
-
-    @property
-    def sentence(self) -> str:
-        return " and ".join(slip.phrase for slip in self.slips) or "right"
+    given: Any
+    generic: Sequence[Any]  # ways that agree at these agree everywhere
+    probes: Iterable[tuple[str, Any]]  # experiments in words, and their inputs
+    written: Callable[[np.ndarray], str]
+    what: str  # that is the same for several ways: "number", "angles", "rotation"
+    apart: float = 0.05  # between results that can be told apart
 
 
-class Match(Misread):
-    """A misreading that gives the answer."""
+def explanation(
+    matches: Iterable[Match],
+    trial: Trial,
+    tolerance: float,
+    tried: int,
+    *,
+    shape: tuple[int, ...] | None = None,
+    otherwise: Callable[[], str] = str,
+    travel: tuple[str, ...] = (),
+) -> Explanation:
+    """Return the explanation by matches, the simplest first; by `otherwise` what is known if there is none."""
+    groups = _grouped(matches, trial)[:SHOWN]
+    misreadings = []
+    for first, *others in groups:
+        value = first.value(trial.given)
+        same = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
+        wordings = tuple(f"{match.sentence}: {match.product}" for match in same)
+        kinds = tuple(slip.kind for slip in first.slips)
+        value = value if shape is None else value.reshape(shape)
+        misreadings.append(Misreading(first.sentence, first.product, kinds, value, wordings, first.cost))
+    note = _tell_apart([group[0] for group in groups], trial) if len(groups) > 1 else ""
+    return Explanation(tuple(misreadings), tolerance, tried, note if groups else otherwise(), travel)
 
-    @property
-    @abstractmethod
-    def product(self) -> str:
-        """The computation as text."""
 
+def _grouped(matches: Iterable[Match], trial: Trial) -> list[list[Match]]:
+    """The matches worth showing, the least far-fetched first, in lists of those that agree everywhere.
 
-AnyMatch = TypeVar("AnyMatch", bound=Match)
-
-
-def grouped(
-    matches: Iterable[AnyMatch], key: Callable[[AnyMatch], Hashable], most: int | None = None
-) -> list[list[AnyMatch]]:
-    """Return the matches worth showing, the least far-fetched first, in lists of those with one `key`.
-
-    The first `most` are examined; one that has all the slips of another and more explains nothing.
+    One that has all the slips of another and more explains nothing.
     """
-    ranked = sorted(matches, key=COST)[:most]
+    ranked = sorted(matches, key=COST)[:MOST]
     near = [match for match in ranked if match.cost <= ranked[0].cost + FAR_FETCHED]
-    groups: dict[Hashable, list[AnyMatch]] = {}
-    for match in near:
-        if not any(set(match.slips) > set(other.slips) for other in near):
-            groups.setdefault(key(match), []).append(match)
+    sets = [set(match.slips) for match in near]
+    groups: dict[Any, list[Match]] = {}
+    for match, own in zip(near, sets, strict=True):
+        if not any(own > other for other in sets):
+            values = np.array([match.value(each) for each in trial.generic])
+            key = (np.round(values, 6) + 0.0).tobytes() if np.isfinite(values).all() else match.slips
+            groups.setdefault(key, []).append(match)
     return list(groups.values())
 
 
-def told(group: Sequence[Match], value: np.ndarray) -> Misreading:
-    """Return the first of a group of matches with one `value` as a `Misreading`; the others go to its `same`."""
-    first, *others = group
-    near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
-    same = tuple(f"{match.sentence}: {match.product}" for match in near)
-    kinds = tuple(slip.kind for slip in first.slips)
-    return Misreading(first.sentence, first.product, kinds, value, same, first.cost)
+def _tell_apart(ways: Sequence[Match], trial: Trial) -> str:
+    """Propose the experiment for which the most ways differ, with the result of each."""
+    said, pairs, best, most = f"{len(ways)} misreadings give the same {trial.what} here", len(ways), None, 0
+    for asked, probe in trial.probes:
+        values = [way.value(probe) for way in ways]
+        apart = sum(bool(np.abs(a - b).max() > trial.apart) for a, b in combinations(values, 2))
+        if apart > most and np.isfinite(values).all():
+            best, most = (asked, values), apart
+        if most == pairs * (pairs - 1) // 2:
+            break
+    if best is None:
+        return f"{said}, and nearly the same everywhere."
+    results = "; ".join(f"{way.sentence}: {trial.written(value)}" for way, value in zip(ways, best[1], strict=True))
+    return f"{said}. To tell them apart, try {best[0]}: {results}."

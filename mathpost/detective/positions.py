@@ -13,21 +13,20 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mathpost.detective.causes import Setup, causes, misread, slip
+from mathpost.detective.causes import Setup, causes, slip
 from mathpost.detective.digits import half_digit, written_decimals
-from mathpost.detective.explanation import CHANCE, Explanation, Match, Slip, grouped, told
+from mathpost.detective.explanation import CHANCE, Explanation, Match, Trial, explanation, misread
 from mathpost.errors import InputError, as_array
 from mathpost.files import text_of
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 
-APART = 0.05  # mm between the results of two readings that can be told apart
-GENERIC = np.array([(13.7, -21.3, 34.1), (-44.9, 17.3, 8.6), (5.2, 61.4, -12.8)])
-GENERIC_ANGLES = np.array([(31.3, 47.9), (-23.7, 104.1), (67.2, -15.8)])
+GENERIC = np.array(
+    [(13.7, -21.3, 34.1, 31.3, 47.9), (-44.9, 17.3, 8.6, -23.7, 104.1), (5.2, 61.4, -12.8, 67.2, -15.8)]
+)
 PROBES = np.array(
     [(10, 0, 0, 30, 0), (0, 20, 0, 30, 0), (10, 20, 30, 0, 40), (10, 20, 30, 30, 40), (10, 20, 30, -20, 70)]
 )
-MOST = 6
 
 
 def explain_tip(
@@ -100,22 +99,6 @@ def _explained(
 
 
 @dataclass(frozen=True)
-class _Match(Match):
-    """A setup that fits, and its result, (n, 3) or (n, 6)."""
-
-    setup: Setup
-    value: np.ndarray
-
-    @property
-    def slips(self) -> tuple[Slip, ...]:
-        return self.setup.slips
-
-    @property
-    def product(self) -> str:
-        return _written(self.value[0])
-
-
-@dataclass(frozen=True)
 class _Case:
     """One question."""
 
@@ -151,12 +134,13 @@ class _Case:
         added = np.where(np.abs(middle) > 2 * self.tolerance, middle.round(self.decimals), 0.0)
         named = [f"{value:+.10g} in {name}" for name, value in zip("XYZ", added, strict=True) if value]
         cause = slip("origin", f"a constant is added: {', '.join(named)}", 0.3 + 0.1 * len(named))
-        made = replace(setup, added=tuple(added.tolist()), slips=(*setup.slips, cause))
+        made = replace(misread(setup, cause), added=tuple(added.tolist()))
         return made if named and self.fits(made) else None
 
     def explain(self, shape: tuple[int, ...]) -> Explanation:
         right, found = Setup.right(self.machine), causes(self.machine)
-        tried, matches, setups = 1, [right] if self.fits(right) else [], [right]
+        tried, setups = 1, [right]
+        matches = [right] if self.fits(right) else []
         for depth in range(1, self.together + 1):
             if matches:
                 break
@@ -171,42 +155,28 @@ class _Case:
         share = min(1.0, 2 * self.tolerance / max(size, 1e-9)) ** (2 * rows)
         if matches != [right] and tried * share > CHANCE:
             matches = []
-        with_values = [_Match(setup, self.value(setup)) for setup in matches]
-        groups = grouped(with_values, self.behaviour, 100)[:MOST] if with_values else []
-        misreadings = tuple(told(group, group[0].value.reshape(shape)) for group in groups)
-        note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known(right)
-        return Explanation(misreadings, self.tolerance, tried, note, self.travel())
+        return explanation(
+            [self.match(setup) for setup in matches], self.trial(), self.tolerance, tried, shape=shape,
+            otherwise=lambda: self.what_is_known(right), travel=rotary_travel(self.machine, self.given[:, 3:]),
+        )  # fmt: skip
 
-    def behaviour(self, match: _Match) -> bytes:
-        """Return a key that differs between causes, whatever the input."""
-        rotary = GENERIC_ANGLES[:, : len(self.machine.rotary)]
-        return self.value(match.setup, np.concatenate([GENERIC, rotary], axis=1)).round(6).tobytes()
+    def match(self, setup: Setup) -> Match:
+        return Match(setup.slips, _written(self.value(setup)), lambda given: self.value(setup, given))
 
-    def tell_apart(self, groups: list[list[_Match]]) -> str:
-        """Propose the input for which the readings differ most clearly."""
+    def trial(self) -> Trial:
+        """The question, and other inputs."""
+        width = self.given.shape[1]
         names = self.machine.joint_names if self.way == "pose" else ("x", "y", "z", *self.machine.joint_names[3:])
-        best, most = None, 0
-        for probe in PROBES[:, : len(names)]:
-            values = [self.value(group[0].setup, probe[None].astype(float))[0] for group in groups]
-            apart = sum(np.abs(a - b).max() > APART for a, b in combinations(values, 2))
-            if apart > most:
-                best, most = (probe, values), apart
-        if best is None:
-            return f"{len(groups)} readings give the same number here, and nearly the same everywhere."
-        probe, values = best
-        asked = " ".join(f"{name} {value:g}" for name, value in zip(names, probe, strict=True))
-        results = "; ".join(f"{g[0].sentence}: {_written(v)}" for g, v in zip(groups, values, strict=True))
-        return f"{len(groups)} readings give the same number here. To tell them apart, try {asked}: {results}."
+        probes = [
+            (" ".join(f"{name} {value:g}" for name, value in zip(names, probe, strict=True)), probe[None])
+            for probe in PROBES[:, :width].astype(float)
+        ]
+        return Trial(self.given, [GENERIC[:, :width]], probes, _written, "number")
 
     def what_is_known(self, right: Setup) -> str:
         """Say how far somebody's answer is from the right one."""
         value = self.value(right)
-        off = self.target - value
-        return f"Right is {_written(value[0])}; it is off by {_written(off[0])}."
-
-    def travel(self) -> tuple[str, ...]:
-        """Return a sentence for each given rotary word that is outside travel."""
-        return rotary_travel(self.machine, self.given[:, 3:])
+        return f"Right is {_written(value)}; it is off by {_written(self.target - value)}."
 
 
 def rotary_travel(machine: Machine, angles: np.ndarray) -> tuple[str, ...]:
@@ -220,7 +190,7 @@ def rotary_travel(machine: Machine, angles: np.ndarray) -> tuple[str, ...]:
     return tuple(dict.fromkeys(said))
 
 
-def _written(values: Iterable[float]) -> str:
-    names = ("X", "Y", "Z", "i", "j", "k")
-    pairs = zip(names, values, strict=False)
+def _written(rows: Iterable[np.ndarray]) -> str:
+    """The first of some rows as words."""
+    pairs = zip(("X", "Y", "Z", "i", "j", "k"), next(iter(rows)), strict=False)
     return " ".join(f"{name} {text_of(value)}" for name, value in pairs)

@@ -1,59 +1,42 @@
-"""Which sign, branch or winding do someone's rotary angles have?
+"""Which sign, zero, unit or branch do someone's rotary angles have?
 
-The machine's own inverse gives both branches for the CL data; a misreading changes its input, the tool axis (a lost
-sign, exchanged components), and its output, the two angles (sign, zero position, branch, unit, exchanged).
+Angles are right if they point the tool along its axis in the CL data, on either branch and after any number of
+turns. If they do not, each of `causes.causes_of_words`, and each pair, is tried in the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from itertools import combinations, permutations, product
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost import chain
-from mathpost.detective.causes import slip
+from mathpost.detective.causes import Setup, causes_of_words
 from mathpost.detective.digits import half_digit, written_decimals
-from mathpost.detective.explanation import CHANCE, Explanation, Match, Misreading, Slip, grouped, told
+from mathpost.detective.explanation import (
+    CHANCE,
+    Explanation,
+    Match,
+    Misreading,
+    Slip,
+    Trial,
+    explanation,
+    misread,
+)
 from mathpost.detective.positions import rotary_travel
 from mathpost.errors import InputError, as_array
-from mathpost.machine import MM_PER_INCH
 from mathpost.rotation import unit, wrap
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
 
-COMPONENTS = "ijk"
-ZERO_POSITIONS = (0, 180, 90, -90)
-UNITS = {  # factor of an angle in degrees: its text, its cause, and the sentence for it
-    1.0: ("", "", ""),
-    np.pi / 180: (" in radians", "radians", "{} is written in radians"),
-    1 / MM_PER_INCH: ("/25.4", "inch", "{} is divided by 25.4, as if it were mm in a program in inches"),
-    MM_PER_INCH: ("·25.4", "inch", "{} is multiplied by 25.4, as if it were inches"),
-}
-APART = 0.05  # degrees between the results of two misreadings that can be told apart
 PROBES = np.array([(20, 30), (40, -60), (-30, 110), (60, 75), (-20, 35)])  # degrees
 GENERIC = np.array([(31.3, 47.9), (-23.7, 104.1)])  # degrees
-Branches = tuple[tuple[int, ...], ...]  # for each rotary axis, the branch of each row
-
-
-@dataclass(frozen=True)
-class _Change:
-    """The changes to one angle of the inverse: sign, zero position in degrees, unit; and the slips."""
-
-    name: str
-    sign: int
-    offset: int
-    factor: float
-    slips: tuple[Slip, ...]
-
-    def text(self, branch: Sequence[int]) -> str:
-        shift = f" {'+' if self.offset > 0 else '−'} {abs(self.offset)}°" if self.offset else ""
-        return f"{'−' if self.sign < 0 else ''}{self.name}{_index(branch)}{shift}{UNITS[self.factor][0]}"
+EXACT = 1e-14  # from 1, of the length of a direction that its digits state exactly
 
 
 def explain_joints(
@@ -77,44 +60,21 @@ def explain_joints(
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -184.185]))
     right: B₁, C₁ −1 turn
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -175.815]).misreadings[0])
-    the sign of C is reversed: B₁, −C₁
+    the sign of C is reversed: B, −C
     """
     count = len(kinematics.machine.rotary)
     directions, given = as_array(axis, 3, "axis"), as_array(angles, count, "angles")
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
         raise InputError("angles", f"shape {(*directions.shape[:-1], count)}", f"shape {given.shape}")
     decimals = written_decimals(angles) if decimals is None else decimals
-    case = JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), 1e-6, half_digit(axis))
+    exactly = np.abs(np.linalg.norm(directions, axis=-1) - 1).max() < EXACT
+    half = 0.0 if exactly else half_digit(axis)  # 0 0.6 0.8 is not rounded
+    case = JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), 1e-6, half)
     # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
     exact = case.explain(given.shape) if decimals == 0 else None
     if exact and exact.explained:
         return exact
     return replace(case, half_digit=0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9).explain(given.shape)
-
-
-@dataclass(frozen=True)
-class _Match(Match):
-    """A misreading that fits: the changes to the tool axis and to each angle, and the branch of each."""
-
-    components: list[int]
-    signs: np.ndarray
-    exchanged: bool
-    changes: tuple[_Change, ...]
-    branches: Branches
-    slips: tuple[Slip, ...] = ()
-
-    @property
-    def product(self) -> str:
-        return ", ".join(map(_Change.text, self.changes, self.branches))
-
-    def value(self, kinematics: Kinematics, axis: np.ndarray) -> np.ndarray:
-        """Return its angles for tool axes of shape (n, 3): shape (n, 2), degrees."""
-        joints = kinematics.inverse(np.zeros(3), axis[:, self.components] * self.signs, degrees=True)[..., 3:]
-        angles = [
-            (change.sign * joints[np.arange(len(axis)), branch, n] + change.offset) * change.factor
-            for n, (change, branch) in enumerate(zip(self.changes, self.branches, strict=True))
-        ]
-        return np.stack(angles[::-1] if self.exchanged else angles, axis=1)
 
 
 @dataclass(frozen=True)
@@ -131,38 +91,23 @@ class JointCase:
     def names(self) -> tuple[str, ...]:
         return self.kinematics.machine.joint_names[3:]
 
-    def explain(self, shape: tuple[int, ...]) -> Explanation:
-        tried = 0
-        matches: list[_Match] = []
-        alone: list[list[tuple[Slip, ...]]] = [[] for _ in self.names]
-        swapped = slip("names", f"{' and '.join(self.names)} stand in each other's place")
-        for axis_slips, components, signs in _axis_misreadings():
-            values, spread = self.both_branches(self.axis[:, components] * signs)
-            if np.isnan(values).any():
-                continue
-            for exchanged in (False, True)[: len(self.names)]:
-                given = self.given[:, ::-1] if exchanged else self.given
-                slips = [*axis_slips, swapped] if exchanged else axis_slips
-                fits = [self.fits(values, spread, given, joint) for joint in range(len(self.names))]
-                tried += len(_changes(self.names[0])) ** len(self.names)
-                for changes in product(*fits):
-                    rows = [fits[joint][change] for joint, change in enumerate(changes)]
-                    branches, extra = self.branches(*rows)
-                    if branches:
-                        all_slips = (*slips, *(each for change in changes for each in change.slips), *extra)
-                        matches.append(_Match(components, signs, exchanged, changes, branches, all_slips))
-                for joint in range(len(self.names)):
-                    alone[joint] += [(*slips, *change.slips) for change in fits[joint]] if not exchanged else []
-        if self.makes_the_axis().all() or any(match.cost == 0 for match in matches):
-            return Explanation((self.right(shape),), self.half_digit, tried, self.jumps(), self.travel())
-        return self.verdict(matches, alone, tried, shape)
-
     def makes_the_axis(self) -> np.ndarray:
         """Return whether the given angles point the tool along the CL axis, to the digits of both."""
-        joints = np.concatenate([np.zeros((len(self.given), 3)), self.given], axis=1)
-        made = self.kinematics.forward(joints, degrees=True)[1]
-        allowed = 2 * np.deg2rad(self.half_digit) + 3 * self.axis_half_digit + 1e-9
-        return np.linalg.norm(made - unit(self.axis), axis=1) <= allowed
+        return self.off(Setup.right(self.kinematics.machine)) <= self.allowed(1.0)
+
+    def off(self, setup: Setup) -> np.ndarray:
+        """Return how far the axes that a setup makes of the angles are from those of the CL data, (n,)."""
+        return np.linalg.norm(setup.axis(self.given) - unit(self.axis), axis=1)
+
+    def allowed(self, factor: float) -> float:
+        """How far the digits of the angles, multiplied by a factor, and of the tool axis allow it to be off."""
+        return 2 * np.deg2rad(self.half_digit * factor) + 3 * self.axis_half_digit + 1e-9
+
+    def reach(self, setup: Setup) -> np.ndarray:
+        """Return how far the digits of each angle alone, and of the tool axis, move it with a setup, (n,)."""
+        steps = np.eye(len(self.names)) * self.half_digit
+        moved = [np.linalg.norm(setup.axis(self.given + s) - setup.axis(self.given), axis=1) for s in steps]
+        return np.sum(moved, axis=0) + 2 * self.axis_half_digit + 1e-9
 
     def both_branches(self, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all branches, (n, k, k) for k axes, degrees, and how far the input's last digits may move them."""
@@ -184,40 +129,64 @@ class JointCase:
         is_rounded = np.abs(np.linalg.norm(axis, axis=1, keepdims=True) - 1) < 4 * self.axis_half_digit
         return np.where(is_rounded & (length > 0), printed, axis)
 
-    def fits(
-        self, values: np.ndarray, spread: np.ndarray, given: np.ndarray, joint: int
-    ) -> dict[_Change, np.ndarray]:
-        """Return the changes of one angle that give the written one, with the rows and branches that do, (n, 2)."""
-        found = {}
-        for change in _changes(self.names[joint]):
-            off = wrap(given[:, None, joint] / change.factor - change.sign * values[..., joint] - change.offset)
-            fit = np.abs(off) <= spread[..., joint] + self.half_digit / change.factor
-            if fit.any(axis=1).all():
-                found[change] = fit
-        return found
+    def explain(self, shape: tuple[int, ...]) -> Explanation:
+        machine, travel = self.kinematics.machine, rotary_travel(self.kinematics.machine, self.given)
+        if self.makes_the_axis().all():
+            return Explanation((self.right(shape),), self.half_digit, 1, self.jumps(), travel)
+        causes = causes_of_words(machine)
+        ways = [several for count in (1, 2) for several in combinations(causes, count)]
+        matches = []
+        for several in ways:
+            setup = misread(Setup.right(machine), *several)
+            off, allowed = self.off(setup), self.allowed(max(map(abs, setup.factor)))
+            # A direction hits a disc on the sphere by accident.
+            chance = len(ways) * min(1.0, allowed**2 / 4) ** len(self.axis)
+            if off.max() <= allowed and chance < CHANCE and (off <= self.reach(setup)).all():
+                matches.append(self.match(setup))
+        return explanation(
+            [*matches, *self.mixed()], self.trial(), self.half_digit, len(ways), shape=shape,
+            otherwise=self.what_is_known, travel=travel,
+        )  # fmt: skip
 
-    def branches(
-        self, first: np.ndarray, second: np.ndarray | None = None
-    ) -> tuple[Branches | None, tuple[Slip, ...]]:
-        """Return the branch of each angle in each row, and a slip if they differ; None if they are inconsistent."""
-        if second is None:
-            return ((0,) * len(first),), ()
-        for other, apart in ((second, 0), (second[:, ::-1], 1)):
-            if (both := first & other).any(axis=1).all():
-                branch = both.argmax(axis=1)
-                slip = Slip("branch", 1.1, f"{self.names[0]} and {self.names[1]} are of different branches")
-                return (tuple(branch.tolist()), tuple((branch ^ apart).tolist())), (slip,) * apart
-        return None, ()
+    def match(self, setup: Setup) -> Match:
+        def words(axis: np.ndarray) -> np.ndarray:
+            asked = np.zeros_like(axis)
+            asked[:, list(setup.order)] = axis * setup.signs
+            angles = self.kinematics.inverse(np.zeros(3), asked, degrees=True)[:, 0, 3:]
+            return wrap((angles - setup.zero) / setup.factor)[:, np.argsort(setup.source)]
+
+        return Match(setup.slips, ", ".join(self.words(setup)), words)
+
+    def words(self, setup: Setup) -> Iterator[str]:
+        """The words of a setup by the right ones, such as "−C + 180°"."""
+        for n in np.argsort(setup.source):
+            size = abs(setup.factor[n])
+            unit_of = {1.0: "", float(np.degrees(1)): " in radians"}.get(size, f"{'/' if size > 1 else '·'}25.4")
+            shift = -setup.zero[n] * np.sign(setup.factor[n])
+            added = f" {'+' if shift > 0 else '−'} {abs(shift):g}°" if shift else ""
+            yield f"{'−' * (setup.factor[n] < 0)}{self.names[n]}{added}{unit_of}"
+
+    def mixed(self) -> Iterator[Match]:
+        """The angles of different branches."""
+        values, spread = self.both_branches(self.axis)
+        near = np.abs(wrap(self.given[:, None] - values)) <= spread + self.half_digit
+        if len(self.names) > 1 and (near[:, 0, 0] & near[:, 1, 1] | near[:, 1, 0] & near[:, 0, 1]).all():
+            kind = Slip("branch", 1.1, f"{self.names[0]} and {self.names[1]} are of different branches")
+
+            def words(axis: np.ndarray) -> np.ndarray:
+                both = self.kinematics.inverse(np.zeros(3), axis, degrees=True)[..., 3:]
+                return np.stack([both[:, 0, 0], both[:, 1, 1]], axis=1)
+
+            yield Match((kind,), f"{self.names[0]}₁, {self.names[1]}₂", words)
 
     def right(self, shape: tuple[int, ...]) -> Misreading:
         """Return the right result: the branch and the turns of each row."""
         values, _ = self.both_branches(self.axis)
         branch = np.argmin(np.abs(wrap(self.given[:, None] - values)).max(axis=2), axis=1)
-        chosen = values[np.arange(len(values)), branch]
-        parts = []
+        chosen, parts = values[np.arange(len(values)), branch], []
         for n, name in enumerate(self.names):
             turns = set(np.round((self.given - chosen)[:, n] / 360).astype(int).tolist())
-            text = name + _index(branch)
+            text = name + ("₁₂"[branch[0]] if len(set(branch.tolist())) == 1 else "")
             if len(turns) == 1 and turns != {0}:
                 count = turns.pop()
                 text += f" {'+' if count > 0 else '−'}{abs(count)} turn{'s' * (abs(count) > 1)}"
@@ -238,60 +207,42 @@ class JointCase:
                 )
         return " ".join(said)
 
-    def verdict(
-        self, matches: list[_Match], alone: list[list[tuple[Slip, ...]]], tried: int, shape: tuple[int, ...]
-    ) -> Explanation:
-        """Rank the matches and group those that are the same for every tool axis."""
-        # The expected number of accidental matches among misreadings that cost no more.
-        share = (self.half_digit / 180) ** (len(self.names) * len(self.axis))
-        believed = [match for match in matches if 8.0 ** np.ceil(match.cost) * share < CHANCE]
-        groups, note = grouped(believed, self.angles_of)[:8], ""
-        values = (group[0].value(self.kinematics, self.axis).reshape(shape) for group in groups)
-        misreadings = tuple(map(told, groups, values))
-        if len(misreadings) > 1:
-            note = self.tell_apart(groups)
-        elif not misreadings:
-            note = " ".join(self.one_by_one(name, alone[n]) for n, name in enumerate(self.names))
-            note += f" Right is {self.both_ways()}.{self.zero()}"
-        return Explanation(misreadings, self.half_digit, tried, note, self.travel())
+    def trial(self) -> Trial:
+        """The question, and other tool axes."""
 
-    def travel(self) -> tuple[str, ...]:
-        """Return a sentence for each of the angles in question that is outside travel."""
-        return rotary_travel(self.kinematics.machine, self.given)
+        def made(angles: np.ndarray) -> np.ndarray:
+            return Setup.right(self.kinematics.machine).axis(angles[:, : len(self.names)].astype(float))
 
-    def tell_apart(self, groups: list[list[_Match]]) -> str:
-        """Propose the tool axis for which the misreadings differ most clearly, with the result of each."""
-        count, best, most = len(groups), None, 0
-        for probe in self.made(PROBES):
-            values = [self.one_row(group[0]).value(self.kinematics, probe[None])[0] for group in groups]
-            apart = sum(np.abs(wrap(a - b)).max() > APART for a, b in combinations(values, 2))
-            if apart > most and np.isfinite(values).all():
-                best, most = (probe, values), apart
-        if best is None:
-            return f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
-        asked, values = " ".join(f"{x:g}" for x in best[0].round(6)), best[1]
-        each = "; ".join(
-            f"{group[0].sentence}: {' '.join(f'{name} {x:z.3f}' for name, x in zip(self.names, row, strict=True))}"
-            for group, row in zip(groups, values, strict=True)
-        )
-        return (
-            f"{count} misreadings give the same angles here. To tell them apart, try the tool axis {asked}: {each}."
-        )
+        def written(rows: np.ndarray) -> str:
+            return " ".join(f"{name} {x:z.3f}" for name, x in zip(self.names, rows[0], strict=True))
 
-    def made(self, angles: np.ndarray) -> np.ndarray:
-        """Return the tool axes at rotary angles, rows in degrees."""
-        rotary = angles[:, : len(self.names)]
-        joints = np.concatenate([np.zeros((len(rotary), 3)), rotary], axis=1)
-        return self.kinematics.forward(joints, degrees=True)[1]
+        probes = [
+            (f"the tool axis {' '.join(f'{x:g}' for x in axis.round(6))}", axis[None]) for axis in made(PROBES)
+        ]
+        return Trial(self.axis, [made(GENERIC)], probes, written, "angles")
 
-    @staticmethod
-    def one_row(match: _Match, count: int = 1) -> _Match:
-        """Return the match with the branches of its first row, for `count` rows."""
-        return replace(match, branches=tuple(branch[:1] * count for branch in match.branches))
-
-    def zero(self) -> str:
-        """Say by what constant the angles are off on a branch, if an axis or a second row confirms it."""
+    def what_is_known(self) -> str:
+        """Say what is known of each angle alone, what is right, and by what constant the angles are off."""
         values, spread = self.both_branches(self.axis)
+        said = [self.one_by_one(n, values, spread) for n in range(len(self.names))]
+        rows = (" ".join(f"{n} {x:z.4f}" for n, x in zip(self.names, row, strict=True)) for row in values[0])
+        right = ", or ".join(dict.fromkeys(rows)) if np.isfinite(values[0]).all() else "none: it is out of reach"
+        return " ".join([*said, f"Right is {right}.{self.zero(values, spread)}"])
+
+    def one_by_one(self, n: int, values: np.ndarray, spread: np.ndarray) -> str:
+        """Explain one angle alone, by one slip at most, as one number fits many misreadings by accident."""
+        right = Setup.right(self.kinematics.machine)
+        for slips in ((), *((each,) for each in causes_of_words(self.kinematics.machine))):
+            setup = misread(right, *slips)
+            words = (values[..., n] - setup.zero[n]) / setup.factor[n]
+            off = np.abs(wrap(self.given[:, None, n] - words)) <= spread[..., n] + self.half_digit
+            alone = setup.source == right.source and setup.order == right.order and setup.signs == right.signs
+            if alone and off.any(axis=1).all():
+                return f"{self.names[n]} alone: {slips[0].phrase if slips else 'right'}."
+        return f"{self.names[n]}: no misreading gives it."
+
+    def zero(self, values: np.ndarray, spread: np.ndarray) -> str:
+        """Say by what constant the angles are off on a branch, if an axis or a second row confirms it."""
         off, slack = wrap(self.given[:, None] - values), spread + self.half_digit
         constant = (np.abs(wrap(off - off[:1])) <= 2 * slack).all(axis=(0, 2))
         right = (np.abs(off) <= slack).all(axis=0)
@@ -300,64 +251,3 @@ class JointCase:
             said = ", ".join(f"{self.names[n]} by {off[0, branch, n]:+.4f}°" for n in wrong)
             return f" Off by a constant, as a zero point is: {said}."
         return ""
-
-    def both_ways(self) -> str:
-        """Return the right angles of the first row, on either branch, as text."""
-        values, _ = self.both_branches(self.axis[:1])
-        said = (" ".join(f"{name} {x:z.4f}" for name, x in zip(self.names, row, strict=True)) for row in values[0])
-        return ", or ".join(dict.fromkeys(said)) if np.isfinite(values).all() else "none: it is out of reach"
-
-    def angles_of(self, match: _Match) -> Hashable:
-        """Return a key that differs between misreadings, whatever the tool axis."""
-        one_row = self.one_row(match, len(GENERIC))
-        generic = np.round(wrap(one_row.value(self.kinematics, self.made(GENERIC))), 6) % 360
-        return generic.tobytes() if np.isfinite(generic).all() else match.slips
-
-    def one_by_one(self, name: str, found: Iterable[tuple[Slip, ...]]) -> str:
-        """Explain one angle alone, by one slip at most, as one number fits many misreadings by accident."""
-        simple = sorted((slips for slips in found if len(slips) <= 1), key=len)
-        if not simple:
-            return f"{name}: no misreading gives it."
-        return f"{name} alone: {simple[0][0].phrase if simple[0] else 'right'}."
-
-
-def _index(branch: Sequence[int]) -> str:
-    """The branch that all rows are on, as a subscript to the name of a joint."""
-    return "₁₂"[branch[0]] if len(set(branch)) == 1 else ""
-
-
-def _axis_misreadings() -> Iterator[tuple[list[Slip], list[int], np.ndarray]]:
-    """Misreadings of the tool axis: slips, the order of the components, and their signs."""
-    for components, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
-        moved = [COMPONENTS[n] for n in range(3) if components[n] != n]
-        lost = [f"the sign of {COMPONENTS[n]} is lost" for n in range(3) if signs[n] < 0]
-        if len(lost) == 3:
-            lost = ["the tool axis points away from the spindle"]
-        slips = [Slip("axis sign", 1, phrase) for phrase in lost]
-        if moved:
-            slips.insert(
-                0,
-                Slip(
-                    "exchange",
-                    len(moved) - 1,
-                    f"{', '.join(moved)} of the tool axis are exchanged{' in a cycle' * (len(moved) > 2)}",
-                ),
-            )
-        yield slips, list(components), np.array(signs)
-
-
-@lru_cache(maxsize=32)
-def _changes(name: str) -> list[_Change]:
-    """The changes that may have been made to the angle of the joint `name`."""
-    changes = []
-    for sign, offset, factor in product((1, -1), ZERO_POSITIONS, UNITS):
-        slips = []
-        if sign < 0:
-            slips.append(slip("reversed", f"the sign of {name} is reversed"))
-        if offset:
-            slips.append(slip("zero", f"{name} is off by {offset:+d} degrees", 0.1 * (offset != 180)))
-        if factor != 1:
-            _, cause, phrase = UNITS[factor]
-            slips.append(slip(cause, phrase.format(name)))
-        changes.append(_Change(name, sign, offset, factor, tuple(slips)))
-    return changes

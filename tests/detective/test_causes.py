@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost.detective.causes import CAUSES, COST, Setup, causes, misread
+from mathpost.detective.causes import CAUSES, COST, Setup, causes
+from mathpost.detective.explanation import misread
 from mathpost.detective.positions import explain_linear, explain_tip
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError
@@ -145,7 +146,7 @@ def test_rotary_words(capsys):
     found = explain_joints(BC, [0.3, 0.2, 0.9327379053], (angles / [25.4, 1]).round(4))
     assert found.misreadings[0].kinds == ("inch",) and "25.4" in found.misreadings[0].sentence
     found = explain_joints(BC, [0.3, 0.2, 0.9327379053], (angles * 25.4).round(4))
-    assert found.misreadings[0].kinds == ("inch", "inch")
+    assert found.misreadings[0].kinds == ("inch",) and "B and C" in found.misreadings[0].sentence
     assert main("explain --machine bc_table --axis .70710678 0 .70710678 --result -45 180".split()) == 1
     assert "B -45 is outside -35 … 110" in capsys.readouterr().out
 

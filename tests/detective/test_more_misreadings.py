@@ -57,38 +57,6 @@ def test_a_meaning_beside_another_convention():
     assert set(found.misreadings[0].kinds) == {"transpose", "half angle"}
 
 
-def test_degrees_and_minutes():
-    written = ("35.30", "12.45", "-60.15")  # meant as 35°30′, 12°45′, −60°15′
-    answer = passive([35.5, 12.75, -60.25]) @ POINT
-    found = explain(written, POINT, answer.round(6))
-    assert found.misreadings[0].kinds == ("minutes",) and "35°30′" in found.misreadings[0].sentence
-    back = explain((35.5, 12.75, -60.25), POINT, (passive([35.3, 12.45, -60.15]) @ POINT).round(6))
-    assert back.misreadings[0].kinds == ("minutes",)
-    assert explain((35, 12, -60), POINT, (passive([35, 12, -60]) @ POINT).round(6)).right  # no minutes, no slip
-
-
-def from_quaternion(w, x, y, z):
-    return np.array(
-        [
-            (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-            (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-            (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-        ]
-    )
-
-
-@pytest.mark.parametrize("stored", ["x y z w", "w x y z"])
-@pytest.mark.parametrize("frame", [False, True])
-def test_a_quaternion_in_the_wrong_order(stored, frame):
-    matrix = passive(ANGLES).T if frame else passive(ANGLES)
-    x, y, z, w = Rotation.from_matrix(matrix).as_quat()
-    np.testing.assert_allclose(from_quaternion(w, x, y, z), matrix, atol=1e-12)
-    misread = from_quaternion(x, y, z, w) if stored == "x y z w" else from_quaternion(z, w, x, y)
-    found = explain(ANGLES, POINT, (misread @ POINT).round(6))
-    assert "quaternion" in found.misreadings[0].kinds and f"stored as {stored}" in found.misreadings[0].sentence
-    assert len(found.misreadings[0].kinds) == 1 + frame
-
-
 ORIGIN = np.array([12.5, -3, 40])
 PLACES = {
     "right": ((), lambda m, p: (p - ORIGIN) @ m.T),
@@ -109,28 +77,11 @@ def test_an_origin(place):
         assert found.right == (place == "right")
 
 
-def test_another_centre_and_a_shift():
-    """Several points tell what was added to all of them."""
-    matrix, centre, shift = passive(ANGLES), np.array([7, -2, 3.5]), np.array([0.5, -12, 30])
-    found = explain(ANGLES, POINTS, ((POINTS - centre) @ matrix.T + centre).round(6))
-    assert found.misreadings[0].kinds == ("centre",)
-    shown = found.misreadings[0].sentence.split("(")[1].split(")")[0]
-    near = np.array([float(number) for number in shown.split(",")])
-    # Any centre on the axis through the true one does the same.
-    axis = Rotation.from_matrix(matrix).as_rotvec()
-    np.testing.assert_allclose(np.cross(near - centre, axis / np.linalg.norm(axis)), 0, atol=1e-3)
-    found = explain(ANGLES, POINTS, (POINTS @ matrix.T + shift).round(6))
-    assert found.misreadings[0].kinds == ("translation",) and "0.5" in found.misreadings[0].sentence
-    found = explain(ANGLES, POINTS, (POINTS @ matrix + shift).round(6))
-    assert set(found.misreadings[0].kinds) == {"transpose", "translation"}
-    np.testing.assert_allclose(found.misreadings[0].value, POINTS @ matrix + shift, atol=1e-5)
-
-
 def test_names_of_the_trade():
     a, b, c = ANGLES
     cases = {
         "KUKA A B C": Rotation.from_euler("ZYX", [a, b, c], degrees=True),
-        "Fanuc W P R": Rotation.from_euler("xyz", [a, b, c], degrees=True),
+        "Fanuc robot W P R": Rotation.from_euler("xyz", [a, b, c], degrees=True),
     }
     for name, frame in cases.items():
         for rotation in (frame, frame.inv()):
@@ -210,10 +161,10 @@ def test_the_shell_refuses(arguments, text, capsys):
 
 def test_several_points_in_the_shell(capsys):
     arguments = ["explain", "--angles", *map(str, ANGLES)]
-    for point, result in zip(POINTS, (POINTS @ passive(ANGLES).T + [1, 2, 3]).round(6), strict=True):
+    for point, result in zip(POINTS, (POINTS @ passive(ANGLES)).round(6), strict=True):
         arguments += ["--point", *map(str, point), "--result", *map(str, result)]
     assert main(arguments) == 1
-    assert "(1.00000, 2.00000, 3.00000) is added" in capsys.readouterr().out
+    assert capsys.readouterr().out.startswith("the final transpose is missing")
 
 
 @pytest.mark.parametrize(

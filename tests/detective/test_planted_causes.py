@@ -6,7 +6,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from mathpost.detective.causes import Setup, causes, misread
+from mathpost.detective.causes import Setup, causes
+from mathpost.detective.explanation import misread
 from mathpost.detective.positions import explain_linear, explain_tip
 from mathpost.kinematics import Kinematics
 from mathpost.machine_file import load
@@ -37,7 +38,7 @@ def test_alone(name, backward):
             found = explain_tip(kin, given, wrong.pose(given[None])[0, :3].round(4), decimals=4)
         if found.right:
             continue  # the cause makes nothing different there
-        scored[any(cause.slip.phrase in sentence for sentence in said(found))] += 1
+        scored[any(cause.phrase in sentence for sentence in said(found))] += 1
     assert scored[True] >= 0.95 * scored.total() and scored.total() > 20, scored
 
 
@@ -47,7 +48,7 @@ def test_two_together(of):
     for n in rng.choice(len(pairs), of(8, 15), replace=False):
         given = drawn(rng, kin)
         found = explain_tip(kin, given, misread(right, *pairs[n]).pose(given[None])[0, :3].round(4), decimals=4)
-        both = [all(cause.slip.phrase in sentence for cause in pairs[n]) for sentence in said(found)]
+        both = [all(cause.phrase in sentence for cause in pairs[n]) for sentence in said(found)]
         simpler = found.explained and len(found.misreadings[0].kinds) < 2  # one undoes or contains the other
         scored[any(both) or simpler] += 1
     assert scored[True] >= 0.8 * scored.total(), scored

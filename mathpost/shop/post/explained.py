@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.detective.causes import Cause, Setup, causes, misread
+from mathpost.detective.causes import Setup, causes
+from mathpost.detective.explanation import Slip, misread
 from mathpost.errors import MathpostError
 from mathpost.files import NUMBER
 from mathpost.kinematics import Kinematics
@@ -66,7 +67,7 @@ class Case:
         """Return tips and tool axes of words for all blocks."""
         return self._by_machine(words, lambda kin, rows: np.concatenate(kin.forward(rows, degrees=True), axis=1))
 
-    def misread(self, cause: Cause) -> tuple[np.ndarray, np.ndarray] | None:
+    def misread(self, cause: Slip) -> tuple[np.ndarray, np.ndarray] | None:
         """Return tips and tool axes of a chain with a cause of the catalogue; None where it concerns answers."""
         setups = {kin: misread(Setup.right(kin.machine), cause) for kin in dict.fromkeys(self.kin)}
         if any((setup.order, setup.signs) != ((0, 1, 2), (1.0, 1.0, 1.0)) for setup in setups.values()):
@@ -238,7 +239,7 @@ def _on_path(case: Case, tips: np.ndarray, axes: np.ndarray, off: Off) -> np.nda
 def _hypotheses(case: Case) -> Iterator[tuple[str, Poses | None]]:
     """Phrases, and the tips and tool axes that the words would have had to make."""
     for cause in causes(case.kin[0].machine):
-        yield cause.slip.phrase, case.misread(cause)
+        yield cause.phrase, case.misread(cause)
     words, names = case.words, case.kin[0].machine.joint_names
     for joint in case.kin[0].machine.rotary:
         for factor, said in ((0.0, "left out"), (2.0, "taken twice")):
