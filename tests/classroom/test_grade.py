@@ -15,7 +15,7 @@ import openpyxl
 import pytest
 from jinja2 import Environment, nodes
 
-from mathpost import machine
+from mathpost import machine_file
 from mathpost.detective.causes import causes_of_words
 from mathpost.detective.euler_angles import MORE_DIGITS
 from mathpost.detective.misreadings import all_factors, wordings
@@ -451,7 +451,7 @@ def test_what_is_computed_for_an_answer_has_its_chinese(name, answer):
 def test_every_phrase_of_the_detectives_has_its_chinese():
     slips = [slip for same in wordings().values() for wording in same for slip in wording.slips]
     slips += [slip for factors in all_factors("ZXZ") for slip in factors.slips]
-    slips += [MORE_DIGITS, *causes_of_words(machine.load("bc_table"))]
+    slips += [MORE_DIGITS, *causes_of_words(machine_file.load("bc_table"))]
     phrases = {slip.phrase for slip in slips} | {"B and C are of different branches"}
     assert len(phrases) > 90
     pairs = [
