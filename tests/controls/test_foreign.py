@@ -193,6 +193,62 @@ def test_an_absolute_shift_takes_the_place_of_the_last_an_incremental_one_adds_t
     np.testing.assert_allclose(found, [11, 21, 26, 24])
 
 
+RESET = (
+    "20 CYCL DEF 7.0 DATUM\n21 CYCL DEF 7.1 X+0\n22 CYCL DEF 7.2 Y+0\n23 CYCL DEF 7.3 Z+0\n24 PLANE RESET STAY\n"
+)
+
+
+def test_a_shift_of_0_on_a_tilted_plane_takes_back_the_one_before_it():
+    """Posts end an operation so: the datum first, then the plane."""
+    shift = "3 CYCL DEF 7.0 DATUM\n4 CYCL DEF 7.1 X+100\n5 PLANE SPATIAL SPA+0 SPB+0 SPC+0 STAY\n"
+    text = f"{KLARTEXT}{shift}{RESET}30 L X+1 Y+2 Z+3 F100\n"
+    np.testing.assert_allclose(reader.follow(text, AC, "heidenhain").blocks.words[-1, :3], [1, 2, 3])
+    with pytest.raises(InputError, match="a shift on a tilted plane without one before it, found 100 in X"):
+        reader.follow(text.replace("X+0", "X+7"), AC, "heidenhain")
+
+
+@pytest.mark.parametrize("start", ["A+0 C+0", "A+0"])
+def test_rotary_axes_that_turn_to_a_plane_alone_leave_the_slides_where_they_are(start):
+    """So the height that holds on the plane is that of the slides as they stand, C known before or not."""
+    turn = "4 PLANE SPATIAL SPA+60 SPB+0 SPC+0 STAY\n5 L A+Q120 C+Q122 F900\n6 L X+1 Y+2 FMAX\n"
+    program = reader.follow(f"2 L {start} FMAX\n3 L X+0 Y+0 Z+30 FMAX\n{turn}", AC, "heidenhain")
+    at = list(program.lines).index(4)
+    np.testing.assert_allclose(program.blocks.words[at], [0, 0, 30, 60, 0], atol=1e-9)
+    assert not program.blocks.tcp[at] and program.blocks.feeds[at] == 900
+    # 50 mm above the A axis lies the origin, the tip 30 mm above it: along the plane's normal 80 - 50 / 2.
+    tip = program.blocks.words[-1, :3]
+    np.testing.assert_allclose(tip @ [0, -ROOT, HALF], 80 - 50 * HALF, atol=1e-9)
+
+
+def test_places_that_the_maker_of_a_machine_has_set_are_not_known():
+    start = "0 L X+0 Y+0 Z+50 A+0 C+0 FMAX\n1 L Z+0 R0 FMAX M92\n"
+    with pytest.raises(InputError, match="line 3: expected a Z word"):
+        ends(f"{start}2 L X+1 F100\n", "heidenhain")
+    found, program = ends(f"{start}2 L X+1 FMAX\n3 L Z+5 FMAX\n", "heidenhain")
+    np.testing.assert_allclose(found[4], [1, 0, 5])
+    assert any("M92 in line 2 goes to where the machine's maker has set it" in each for each in program.assumed)
+
+
+def test_what_follows_m128_is_how_fast_the_slides_follow_and_cycle_9_speaks_any_language():
+    text = (
+        "0 L X+0 Y+0 Z+50 A+0 C+0 F200\n1 CYCL DEF9.0 VERWEILZEIT\n2 CYCL DEF9.1 V.ZEIT12\n3 L M128 F5\n4 L X+1\n"
+    )
+    _, program = ends(text, "heidenhain")
+    assert program.blocks.feeds[-1] == 200 and program.dwell == 12
+    _, program = ends(text.replace("F5", "FQ8"), "heidenhain")  # nobody needs the number
+    assert program.blocks.feeds[-1] == 200
+
+
+def test_rotations_of_siemens_follow_one_another_and_a_new_one_deletes_them():
+    text = f"{SIEMENS_AC}TRAORI\nTRANS X100\nAROT Z90\nATRANS X10\nAROT X90\nG1 X1 Y2 Z3 F9\n"
+    found, _ = ends(text, "siemens")
+    # About the last X: (1, 2, 3) is (1, -3, 2); 10 along X; about Z: (3, 11, 2); and 100.
+    np.testing.assert_allclose(found[8], [103, 11, 2], atol=1e-9)
+    for line, expected in (("ROT Z-90", [2, -1, 3]), ("ROT", [1, 2, 3]), ("TRANS Y5", [1, 7, 3])):
+        found, _ = ends(f"{text}{line}\nX1 Y2 Z3\n", "siemens")
+        np.testing.assert_allclose(found[10], expected, atol=1e-9)
+
+
 def test_plane_reset_with_turn_takes_the_rotary_axes_to_0_and_the_slides_nowhere():
     """On the plane the words are the tip; behind it the slides, at c + R·(p - c), c 50 mm below the origin."""
     tilted = "3 PLANE SPATIAL SPA+60 SPB+0 SPC+0 TURN FMAX\n4 L X+1 Y+2 Z+50 FMAX\n"

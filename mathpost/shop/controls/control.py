@@ -252,6 +252,7 @@ FIELDS = {
     "word": r"(\S*)",
     "title": r"([^=]*?(?=\sQ\d|$))",
     "two": r"(\d\d)",
+    "letters": r"(?:[^\W\d_]|\.)*",
     "rest": "(.*)",
 }
 

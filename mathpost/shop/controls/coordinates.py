@@ -4,7 +4,7 @@
 switched. What is *resolved* counts from the machine file's workpiece origin: joints, or the tip in the workpiece.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -52,6 +52,8 @@ class Coordinates:
         self.offset = np.zeros(3)  # of the work offset that is called, from the first one
         self.first_offset: str | None = None
         self.tools: list[str] = []
+        # Joints X Y Z of a machine whose words name the tip, where its rotary axes are not known and the slides are.
+        self.standing = np.full(3, np.nan)
 
     @property
     def kin(self) -> Kinematics:
@@ -91,21 +93,37 @@ class Coordinates:
 
     def change(self, **state: Any) -> None:
         """Switch TCP, a plane, a shift or a work offset: the machine does not move, its words change."""
-        point, on_tip = self.resolved(self.words[:3]), self.on_tip
+        point, on_tip, joints = self.resolved(self.words[:3]), self.on_tip, self.joints()
         for name, value in state.items():
             setattr(self, name, value)
         if on_tip != self.on_tip:
-            point = self._converted(point, self.words[3:], to_tip=self.on_tip)
+            point = self._converted(joints, self.words[3:], to_tip=True) if self.on_tip else joints
+        self.standing = joints
         self.words[:3] = self.expressed(point)
+
+    def go(self, words: np.ndarray) -> None:
+        """Take the words, (j,), of a place that the machine has gone to."""
+        self.words, self.standing = words, np.full(3, np.nan)
+
+    def lose(self, axes: Sequence[int]) -> None:
+        """Some axes, by number, are where nobody knows; without TCP the others stay."""
+        joints = self.joints()
+        self.words[axes] = np.nan
+        self.standing = np.full(3, np.nan)
+        if self.on_tip and not self.tcp and min(axes) > 2:
+            self.words[:3], self.standing = np.nan, joints
 
     def joints(self) -> np.ndarray:
         """Return X Y Z of the joints, shape (3,), NaN where they are not known."""
         point = self.resolved(self.words[:3])
-        return self._converted(point, self.words[3:], to_tip=False) if self.on_tip else point
+        if not self.on_tip:
+            return point
+        found = self._converted(point, self.words[3:], to_tip=False)
+        return self.standing if np.isnan(found).any() else found
 
     def stand(self, joints: np.ndarray, angles: np.ndarray) -> None:
         """Set the machine's position: joints X Y Z and rotary angles, degrees."""
-        self.words[3:] = angles
+        self.words[3:], self.standing = angles, joints
         point = self._converted(joints, angles, to_tip=True) if self.on_tip else joints
         self.words[:3] = self.expressed(point)
 

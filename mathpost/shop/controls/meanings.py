@@ -109,12 +109,19 @@ def _centre(reader: Lines, line: Line, text: str) -> None:
 
 
 def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, str], None]:
-    """A shift of the datum by the axes that the line names."""
+    """A shift of the datum by the axes that the line names.
+
+    On a tilted plane it goes along the plane's axes. A shift from before the plane is taken back by one of 0 there, as
+    posts write it at the end of an operation; what another one does to it no manual says.
+    """
 
     def shift(reader: Lines, line: Line, text: str) -> None:
-        held = "shift" if reader.at.frame is None else "inner"  # on a tilted plane, along its axes
         line.used("axis ")
-        shift = np.zeros(3) if anew else getattr(reader.at, held).copy()
+        if anew and reader.at.turned is not None:
+            reader.at.change(turned=None, inner=np.zeros(3))
+        on_plane = reader.at.frame is not None
+        before, inner = reader.at.shift.copy(), np.zeros(3) if anew else reader.at.inner.copy()
+        shift = inner if on_plane else np.zeros(3) if anew else before
         for name, (value, counted) in line.axes.items():
             axis = reader.names.index(name)
             if axis > 2:
@@ -122,8 +129,16 @@ def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, st
                     raise reader.error("a shift of X Y Z", f"of {name}")
                 continue
             value *= reader.scale
+            if on_plane and not added and counted != "incremental":
+                if value and before[axis]:
+                    raise reader.error(
+                        "a shift on a tilted plane without one before it", f"{before[axis]:g} in {name}"
+                    )
+                before[axis] = 0.0
             shift[axis] = shift[axis] + value if added or counted == "incremental" else value
-        reader.at.change(**{held: shift})
+        if on_plane and anew and not line.axes:
+            before = np.zeros(3)
+        reader.at.change(shift=before if on_plane else shift, inner=inner)
 
     return shift
 
@@ -183,7 +198,7 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
     if line.turned:
         _turn_to(reader, line, **line.choice)
     if line.slides:
-        reader.at.words[:3] = np.nan
+        reader.at.lose([0, 1, 2])
 
 
 def _rotation(reader: Lines, line: Line, text: str) -> None:
@@ -192,10 +207,17 @@ def _rotation(reader: Lines, line: Line, text: str) -> None:
     if reader.at.plane is not None:
         raise reader.error("a 3D rotation without a tilted plane", "one")
     frame = _in_mm(reader, plane_blocks.from_text(text)).frame
-    held = reader.at.turned
-    reader.at.change(
-        turned=frame if held is None else Frame(held.rotation, held.origin) @ Frame(frame.rotation, frame.origin)
-    )
+    held, inner = reader.at.turned, reader.at.inner
+    if held is not None:
+        frame = Frame(held.rotation, held.point(inner)) @ Frame(frame.rotation, frame.origin)
+    reader.at.change(turned=frame, inner=np.zeros(3))
+
+
+def _new_rotation(reader: Lines, line: Line, text: str) -> None:
+    """A 3D rotation in place of all that was programmed before; without an axis nothing holds any more."""
+    _no_frames(reader, Line(), text)
+    if line.axes:
+        _rotation(reader, line, f"A{text}")
 
 
 def _in_mm(reader: Lines, plane: Plane) -> Plane:
@@ -210,10 +232,10 @@ def _leave(reader: Lines) -> None:
 
 
 def _no_frames(reader: Lines, line: Line, text: str) -> None:
-    """Delete a tilted plane and all shifts of the datum."""
+    """Delete a tilted plane, a rotation and all shifts of the datum."""
     if line.axes:
         raise reader.error("no axes behind it", ", ".join(line.axes))
-    reader.at.change(plane=None, inner=np.zeros(3), shift=np.zeros(3))
+    reader.at.change(plane=None, turned=None, inner=np.zeros(3), shift=np.zeros(3))
 
 
 def _working_plane(reader: Lines, line: Line, text: str) -> None:
@@ -264,12 +286,22 @@ def _plane_off(reader: Lines, line: Line, text: str) -> None:
         _no_tcp(reader)
         reader.turn_to(reader.at.joints(), np.zeros(len(reader.names) - 3))
     if line.slides:
-        reader.at.words[:3] = np.nan
+        reader.at.lose([0, 1, 2])
 
 
 def _retract(reader: Lines, line: Line, text: str) -> None:
     """The tool goes off the part, as far as the control likes."""
     reader.park([0, 1, 2])
+
+
+def _makers_place(reader: Lines, line: Line, text: str) -> None:
+    """Axes go to places that count from a position of the machine's maker, which nobody knows here."""
+    line.used("axis ", "feed")
+    if not np.isnan(line.feed):
+        reader.feed = line.feed
+    if line.axes:
+        reader.park([reader.names.index(name) for name in line.axes])
+    reader.note("maker", text.split()[0])
 
 
 def _everywhere(reader: Lines, line: Line, text: str) -> None:
@@ -286,6 +318,7 @@ STATEMENTS = {
     "modal call": _everywhere,
     "cycle here": _once,
     "retract": _retract,
+    "maker's place": _makers_place,
     "centre": _centre,
     "shift": _shift(),
     "new shift": _shift(anew=True),
@@ -296,6 +329,7 @@ STATEMENTS = {
     "working plane": _working_plane,
     "no frames": _no_frames,
     "3D rotation": _rotation,
+    "new rotation": _new_rotation,
     "turn to plane": _turn,
     "turn to plane about the tip": _turn_about_tip,
     "plane off": _plane_off,
@@ -319,6 +353,7 @@ ASSUMED = {
     "tool change": "{word} stand still while a tool is changed, first before line {line}",
     "reference point": "{word} goes to a reference point clear of the part, first in line {line}: "
     "home in [linear] of the machine file does not say where it is",
+    "maker": "{word} in line {line} goes to where the machine's maker has set it, taken to be clear of the part",
     "unplaced": "a move is judged from where all axes are known; in line {line} first one moves without "
     "that: {word}",
     "unit": "no word says whether positions are mm or inches: mm",

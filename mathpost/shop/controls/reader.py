@@ -377,8 +377,9 @@ class Lines(Track):
         elif arc:
             ways.turn(self, line, arc == "clockwise")
         else:
-            self.turning = not self.at.on_tip and all(self.names.index(name) > 2 for name in line.axes)
-            self.put(self.target(line)[None], line)
+            self.turning = not self.at.tcp and all(self.names.index(name) > 2 for name in line.axes)
+            words = self.target(line)
+            self.turn(words, line) if self.turning else self.put(words[None], line)
             self.turning = False
             if self.everywhere is not None:
                 ways.holes(self, self.at.words, 2, self.everywhere)

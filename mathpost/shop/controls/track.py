@@ -61,7 +61,15 @@ class Track(bulk.Reader):
         seconds = np.full(count, line.seconds / count)
         fast = np.full(count, line.rapid) if rapid is None else np.array(rapid)
         self.emit(resolved, np.full(count, self.feed), seconds, fast, np.zeros(count, int), self.at.on_tip)
-        self.at.words = points[-1].copy()
+        self.at.go(points[-1].copy())
+
+    def turn(self, words: np.ndarray, line: Line) -> None:
+        """Turn rotary axes to words, shape (j,), without TCP: the slides stay, whatever X Y Z count from."""
+        self.begin()
+        joints, one = self.at.joints(), np.ones(1)
+        place = np.r_[joints, words[3:]][:, None]
+        self.emit(place, self.feed * one, line.seconds * one, np.array([line.rapid]), np.zeros(1, int), False)
+        self.at.stand(joints, words[3:])
 
     def begin(self) -> None:
         """Keep from where the first move goes."""
@@ -76,7 +84,7 @@ class Track(bulk.Reader):
 
     def park(self, axes: Sequence[int]) -> None:
         """Go with some axes, by number, to where the machine itself has a place for them: nobody knows it here."""
-        self.at.words[axes] = np.nan
+        self.at.lose(axes)
         self.aside |= 2 in axes
 
     def turn_to(self, joints: np.ndarray, angles: np.ndarray) -> None:
@@ -97,7 +105,8 @@ class Track(bulk.Reader):
             row[:] = bulk.held(row, before)
         self.begin()
         feeds = bulk.held(feeds, self.feed)
-        self.at.words, self.feed = words[:, -1].copy(), feeds[-1]
+        self.at.go(words[:, -1].copy())
+        self.feed = feeds[-1]
         self.emit(words, feeds, seconds, rapid, numbers, self.at.tcp)
 
     def emit(
