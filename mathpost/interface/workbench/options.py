@@ -102,8 +102,8 @@ class FileOption(Option):
         several = self.is_folder or action.nargs in ("*", "+")
         bound = UPLOADED + ", or a folder as one .zip" * self.is_folder + "; more by its path" * (not IS_APP)
         self.upload = widgets.FileUpload(
-            description=f"Upload {self.field.description}", multiple=several, layout=widgets.Layout(width="180px"),
-            tooltip=bound,
+            description=f"Upload {self.field.description}", multiple=several, tooltip=bound,
+            layout=widgets.Layout(width="180px", flex="0 0 auto"),
         )  # fmt: skip
         self.files: dict[str, bytes] = {}
         self.put({name: text.encode() for name, text in drawn.items()})

@@ -1,15 +1,10 @@
-"""CL data to a program: its report, the machine walking through it, its rotary axes and why they jump."""
+"""CL data to a program: its report, the machine walking through it, and why its rotary axes jump."""
 
 import argparse
-import base64
-import io
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from matplotlib.figure import Figure
 
 from mathpost.files import write_text
 from mathpost.interface.shell import post
@@ -22,8 +17,6 @@ from mathpost.path.cl import CLData
 from mathpost.shop.post.jumps import jumps
 from mathpost.shop.post.postprocess import Result
 from mathpost.teaching.course import view_machine
-from mathpost.teaching.draw import plot
-from mathpost.teaching.draw.described import describe
 
 FIRST = ("cl", "machine", "dialect", "tolerance", "axis_tolerance", "strategy", "singular", "compare")
 STAGES = (
@@ -86,8 +79,7 @@ def work(options: argparse.Namespace, say: Callable[..., None], _folder: Path) -
     kin = Kinematics(setup)
     pages = {
         "Report": f"<pre>{escape(str(result.report))}</pre>",
-        "Rotary axes": rotary_axes(kin, path, result),
-        "Machine": walk(kin, path, result),
+        "Machine": walk(kin, path, result) + why(kin, path, result),
         "Program": shown(result.program),
     }
     files = {f"{Path(path.name).stem}{SUFFIX.get(options.dialect, '.nc')}": result.program.encode()}
@@ -102,30 +94,6 @@ def work(options: argparse.Namespace, say: Callable[..., None], _folder: Path) -
     return Made(said, pages, files)
 
 
-def rotary_axes(kin: Kinematics, path: CLData, result: Result) -> str:
-    """Return a picture of the rotary axes over the records, and why they jump, as HTML."""
-    names, records = kin.machine.joint_names[3:], np.arange(1, len(path) + 1)
-    figure = Figure(figsize=(9, 2.1 * len(names)), layout="constrained")
-    panels = np.atleast_1d(figure.subplots(len(names), 1, sharex=True))
-    angles, limits = np.degrees(result.joints[:, 3:]), np.degrees(kin.machine.limits[3:])
-    for name, axes, column, travel in zip(names, panels, angles.T, limits, strict=True):
-        axes.plot(
-            records, column, color=plot.COLOUR["workpiece"], marker="o" if len(records) < 60 else "", markersize=4
-        )
-        axes.set(ylabel=f"{name}, degrees")
-        axes.margins(y=0.12)
-        plot.travel(axes, *travel)
-    panels[-1].set_xlabel("record")
-    png = io.BytesIO()
-    figure.savefig(png, format="png", dpi=90)
-    picture = base64.b64encode(png.getvalue()).decode()
-    found = jumps(kin, path, result.joints)
-    lines = "".join(f"<li>{escape(str(each))}" for each in found[:MOST_LINES])
-    more = f"<p>… and {len(found) - MOST_LINES} more" if len(found) > MOST_LINES else ""
-    said = f"<ul>{lines}</ul>{more}" if found else "<p>No rotary axis jumps from one record to the next.</p>"
-    return f'<img alt="{escape(describe(figure))}" src="data:image/png;base64,{picture}">{said}'
-
-
 def walk(kin: Kinematics, path: CLData, result: Result) -> str:
     """Return the machine walking through the records, as HTML; if they are many, every second, third …"""
     every = -(-len(path) // MOST_WALKED)
@@ -135,6 +103,14 @@ def walk(kin: Kinematics, path: CLData, result: Result) -> str:
     poses = cldata.from_arrays(path.points[part], path.axes[part], name=path.name)
     said = f"<p>Shown is every {every}th record; between them the tip is not on the path.</p>"
     return said + view_machine.walk(kin, poses, result.joints[part])._repr_html_()
+
+
+def why(kin: Kinematics, path: CLData, result: Result) -> str:
+    """Return why the rotary axes jump, as HTML."""
+    found = jumps(kin, path, result.joints)
+    lines = "".join(f"<li>{escape(str(each))}" for each in found[:MOST_LINES])
+    more = f"<p>… and {len(found) - MOST_LINES} more" if len(found) > MOST_LINES else ""
+    return f"<ul>{lines}</ul>{more}" if found else "<p>No rotary axis jumps from one record to the next.</p>"
 
 
 def shown(text: str) -> str:

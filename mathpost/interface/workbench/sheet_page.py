@@ -8,10 +8,14 @@ from mathpost.teaching.workbook.report import STATUS_COLOUR, FileReport
 from mathpost.teaching.workbook.sheet.file import Book, Cell
 
 MOST_ROWS, MOST_COLUMNS = 60, 26  # shown of a sheet, around the judged cells
+MOST_LETTERS = 12  # of a cell; the style sheet cuts what is longer
 
 
 def sheet_page(report: FileReport, book: Book) -> str:
-    """Return the sheet of the first wrong cell, or of the first judged one; a cell's formula is its tooltip."""
+    """Return the sheet of the first wrong cell, or of the first judged one.
+
+    The tooltip of a cell is its formula, or its text if that is cut.
+    """
     judged = {cell.place: cell for cell in report.cells}
     if not judged:
         return ""
@@ -28,8 +32,10 @@ def sheet_page(report: FileReport, book: Book) -> str:
             cell, verdict = book.cells.get(place), judged.get(place)
             colour = f' style="background:{STATUS_COLOUR[verdict.status]}"' if verdict else ""
             mark = ' class="first"' if report.first and place == first.place else ""
-            over = f' title="{escape(cell.formula)}"' if cell and cell.formula else ""
-            cells.append(f"<td{mark}{colour}{over}>{escape(_text(cell))}")
+            text = _text(cell)
+            over = (cell and cell.formula) or text * (len(text) > MOST_LETTERS)
+            title = f' title="{escape(over)}"' if over else ""
+            cells.append(f"<td{mark}{colour}{title}>{escape(text)}")
         lines.append(f"<tr><th>{row}{''.join(cells)}")
     return f'<div class="mathpost-sheet-frame"><table class="mathpost-sheet">{"".join(lines)}</table></div>'
 
@@ -46,4 +52,4 @@ def _text(cell: Cell | None) -> str:
         return ""
     if cell.number is not None:
         return f"{round(cell.number, 9) + 0.0:.6g}"
-    return "?" if cell.value is None else str(cell.value)[:40]
+    return "?" if cell.value is None else str(cell.value)[:200]
