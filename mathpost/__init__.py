@@ -1,8 +1,9 @@
 """Five-axis kinematics and post-processing, derived in sympy and taught in Jupyter.
 
-Read the files beside this one first: rotation, euler, frame, machine, chain, kinematics, errors; `formula` compiles
-what they derive. Then `sources` (what belongs to one source document, such as the two ZXZ recipes) and `path` (CL
-data, solution selection, the spline through the singular region): that is all that lessons 01 to 06 stand on.
+Read the files beside this one first. errors, files and formula (from sympy to NumPy) can be skimmed; then rotation,
+euler, frame, machine, machine_file, chain, kinematics. Then `sources` (what belongs to one source document, such as
+the two ZXZ recipes) and `path` (CL data, solution selection, the spline through the singular region): that is all
+that lessons 01 to 06 stand on.
 
 Above it are `detective` (which convention gives this number), `shop` (programs, controls, measuring, compensation),
 `teaching` (exercises, pictures, marking, spreadsheets) and `interface` (commands, panels, pages). Nothing imports

@@ -87,7 +87,7 @@ def joint_symbols(machine: Machine) -> tuple[sp.Symbol, ...]:
     return sp.symbols(machine.joint_names, real=True)
 
 
-def between(machine: Machine) -> list[tuple[Rotary, sp.Symbol, int]]:
+def rotary_in_chain_order(machine: Machine) -> list[tuple[Rotary, sp.Symbol, int]]:
     """The rotary joints from the workpiece to the tool: tuples of `Rotary`, its symbol, and the sign of its turn.
 
     A table lies between the workpiece and the bed, so the chain runs through it backwards: sign −1.
@@ -113,7 +113,7 @@ def links(machine: Machine, parameters: bool = False) -> tuple[Link, ...]:
     data = Geometry.symbols(machine) if parameters else Geometry.numbers(machine)
     tables: list[Link] = []
     heads: list[Link] = []
-    for rotary, angle, sign in between(machine):
+    for rotary, angle, sign in rotary_in_chain_order(machine):
         turned = turn(data.axis[rotary.name], data.point[rotary.name], sign * angle)
         (tables if sign < 0 else heads).append(Link(rotary.name, turned))
     slides = data.origin + sp.Matrix(joint_symbols(machine)[:3]) - data.programmed_point
@@ -137,10 +137,10 @@ def bodies(machine: Machine) -> tuple[tuple[str, sp.Matrix], ...]:
     """Return the pose of each body of the machine: pairs of its name and the 4×4 matrix machine_from_body.
 
     First come the bodies carried by the joints between bed and workpiece, then the workpiece, then the bodies
-    carried by the joints between bed and tool, and last the tool. A carried body is named after its joint. Bodies
-    on the workpiece side have machine coordinates at joint zero, the workpiece and the tool have their own frames,
-    and the others count from the nose. `Machine.slides_that_carry` says which slides are on which side, and which
-    carries which.
+    carried by the joints between bed and tool, and last the tool. A carried body is named after its joint. On the
+    workpiece side the frame of a body is that of the machine when all joints are zero, on the tool side its origin
+    is the spindle nose; the workpiece and the tool have their own frames. `Machine.slides_that_carry` says which
+    slides are on which side, and which carries which.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The package's own errors, and where most of them arise: a caller's arrays, and files read and written."""
+"""The package's own errors, and the check of a caller's arrays."""
 
 from __future__ import annotations
 

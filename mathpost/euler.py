@@ -130,7 +130,7 @@ def _entries(matrices: np.ndarray) -> np.ndarray:
     return np.moveaxis(matrices.reshape(*matrices.shape[:-2], 9), -1, 0)
 
 
-def arguments(sequence: str, matrix: sp.Matrix, first: int | sp.Expr) -> list[tuple[sp.Expr, sp.Expr]]:
+def atan2_arguments(sequence: str, matrix: sp.Matrix, first: int | sp.Expr) -> list[tuple[sp.Expr, sp.Expr]]:
     """Return the arguments of the three atan2 that read the angles of an intrinsic sequence off a matrix.
 
     With M = R_i(a)·R_j(b)·R_k(c): column k of M is R_i(a)·R_j(b)·e_k, in which sin a and cos a have one common
@@ -138,11 +138,11 @@ def arguments(sequence: str, matrix: sp.Matrix, first: int | sp.Expr) -> list[tu
     in its row j.
 
     `matrix` is a sympy.Matrix, `first` the first angle, which the other two need. Returns three pairs: sine and
-    cosine of each angle, both times one factor that is not negative; zero at the lock.
+    cosine of each angle, both times one factor that is not negative; that of the first pair is zero at the lock.
 
     Examples
     --------
-    >>> arguments("ZXZ", sp.Matrix(3, 3, sp.symbols("m:3:3")), sp.Symbol("I"))[0]
+    >>> atan2_arguments("ZXZ", sp.Matrix(3, 3, sp.symbols("m:3:3")), sp.Symbol("I"))[0]
     (m02, -m12)
     """
     a, b, c = sp.symbols("a b c", real=True)
@@ -156,14 +156,14 @@ def arguments(sequence: str, matrix: sp.Matrix, first: int | sp.Expr) -> list[tu
     ]
 
 
-def expressions(sequence: str, matrix: sp.Matrix, *, lock: str = "third") -> tuple[sp.Expr, ...]:
+def angle_expressions(sequence: str, matrix: sp.Matrix, *, lock: str = "third") -> tuple[sp.Expr, ...]:
     """Return `angles` of a symbolic matrix, the rule at the lock included, as sympy expressions.
 
     Four of them: the angles in the order of the sequence, radians, and the sine that is zero at the lock.
     """
     letters, step = _intrinsic(sequence)
     i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
-    first, middle, together = arguments(letters, matrix, 0)
+    first, middle, together = atan2_arguments(letters, matrix, 0)
     sine, together = sp.sqrt(first[0] ** 2 + first[1] ** 2), sp.atan2(*together)
     # At the lock the middle angle is 0° or 180°, or ±90°, and the matrix holds third ± first, with the sign of the
     # first axis against the last.
@@ -172,7 +172,7 @@ def expressions(sequence: str, matrix: sp.Matrix, *, lock: str = "third") -> tup
     if (lock == "third") == (step > 0):  # the third angle of the intrinsic sequence is to be 0
         at_lock = (together * sp.sign(matrix[i, k]), middle, 0)
     found = [sp.Piecewise((at_lock[0], sine < LOCK), (sp.atan2(*first), True))]
-    rest = arguments(letters, matrix, found[0])[1:]
+    rest = atan2_arguments(letters, matrix, found[0])[1:]
     found += [sp.Piecewise((e, sine < LOCK), (sp.atan2(*a), True)) for e, a in zip(at_lock[1:], rest, strict=True)]
     return (*found[::step], sine)
 
@@ -180,7 +180,7 @@ def expressions(sequence: str, matrix: sp.Matrix, *, lock: str = "third") -> tup
 @lru_cache(maxsize=48)
 def _compiled(sequence: str, lock: str) -> Callable[..., np.ndarray]:
     m = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True))
-    return numeric(expressions(sequence, m, lock=lock), tuple(m))
+    return numeric(angle_expressions(sequence, m, lock=lock), tuple(m))
 
 
 def _read(sequence: str, lock: str, matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

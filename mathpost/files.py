@@ -1,6 +1,6 @@
 """Files: read as text or as TOML, key by key; numbers in a text; files written whole or not at all.
 
-Where the data are that come with the package says `data_file`.
+`data_file` finds the data that come with the package.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def read_bytes(path: Path | str, most: int = LARGEST) -> bytes:
 def beside(path: Path | str, name: str, suffix: str, where: str) -> Path:
     """Return the path of a file that the file `path` names: one beside it, of the expected kind.
 
-    Whoever opens a stranger's file opens nothing else of theirs by it.
+    So a stranger's file cannot make us open any other file.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def text_of(number: float, decimals: int = 4) -> str:
 
 
 def write_text(path: Path | str, text: str, *, inputs: Iterable[Path | str] = ()) -> None:
-    """Write `text` as UTF-8; see `write_set`. Names of files that are no UTF-8 are escaped in it."""
+    """Write `text` as UTF-8; see `write_set`. File names in it that are not valid UTF-8 are escaped."""
     write_set({Path(path): text}, inputs=inputs)
 
 

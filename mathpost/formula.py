@@ -41,7 +41,8 @@ def numeric(
     arguments: tuple[sp.Symbol, ...],
     named: tuple[tuple[sp.Symbol, sp.Expr], ...] = (),
 ) -> Callable[..., np.ndarray]:
-    """Compile a sympy expression into a function of NumPy arrays, and cache it; nothing else in mathpost does.
+    """Compile a sympy expression into a function of NumPy arrays, and cache it: the one place where formulas become
+    functions.
 
     `expression` is one expression, an ImmutableMatrix or a tuple of expressions, `arguments` a tuple of symbols,
     `named` pairs of a further symbol and its expression. The function takes numbers or arrays, broadcast against
@@ -61,7 +62,7 @@ def numeric(
     # Sorting the terms and printing everything again as a docstring would take as long as all the rest.
     printer = NumPyPrinter({"fully_qualified_modules": False, "inline": True, "order": "none"})
     common = partial(shared, named=named)
-    # A dict: by its name sympy would run "from numpy import *", which loads all of it, a reader of Fortran too.
+    # A dict: by its name sympy would run "from numpy import *", which loads all of it, f2py too.
     compiled = sp.lambdify(arguments, entries, vars(np), printer, cse=common, use_imps=False, docstring_limit=0)
 
     def evaluate(*values: ArrayLike) -> np.ndarray:

@@ -1,9 +1,10 @@
 """Forward and inverse kinematics: the chain of a machine solved in sympy and compiled.
 
 Between the workpiece and the tool are two rotary joints: the *workpiece-side* one, next to the workpiece, and the
-*tool-side* one, next to the tool. Only the latter changes the angle between the tool axis and the workpiece-side
-axis, so it is solved first, from one equation A·cos θ + B·sin θ = D; the workpiece-side one then turns the tool
-axis into place, and X Y Z close the loop. `derive` does this step by step, `Kinematics` compiles what it finds.
+*tool-side* one, next to the tool (shops count them as fourth and fifth axis, or rotary axis 1 and 2). Only the
+latter changes the angle between the tool axis and the workpiece-side axis, so it is solved first, from one equation
+A·cos θ + B·sin θ = D; the workpiece-side one then turns the tool axis into place, and X Y Z close the loop.
+`derive` does this step by step, `Kinematics` compiles what it finds.
 
 A machine with one rotary axis is the same chain with the workpiece-side joint alone: the tool axis keeps its angle
 to it, and the first step has nothing to solve.
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from mathpost.machine import Machine
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
-PRINTED = 2e-6  # radians by which six printed decimals take a tool axis off those that a single joint can make
+PRINTED = 2e-6  # radians that a tool axis printed with six decimals may be off one that a single joint can reach
 AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any workpiece-side angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
@@ -39,9 +40,9 @@ BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 class Inverse:
     """The derivation of the inverse in sympy, for display; `Kinematics.inverse` compiles these expressions.
 
-    With r = √(A² + B²) the equation has solutions where neither
-    r − D nor r + D is negative; both are written with the chords from the tool axis to the two ends of the
-    workpiece-side axis, which lose no digits at the pole.
+    The equation A·cos θ + B·sin θ = D, with r = √(A² + B²), has solutions where neither r − D nor r + D is
+    negative. Both are written with the chords from the tool axis to the two ends of the workpiece-side axis, which
+    lose no digits at the pole.
     """
 
     tip: tuple[sp.Symbol, ...]  # x y z of the tool tip in the workpiece, mm
@@ -65,7 +66,7 @@ class Inverse:
 def derive(machine: Machine) -> Inverse:
     """Derive the inverse of a machine as an `Inverse`."""
     data = chain.Geometry.numbers(machine)
-    (workpiece_side, workpiece_side_angle, workpiece_side_sign), *tool_side = chain.between(machine)
+    (workpiece_side, workpiece_side_angle, workpiece_side_sign), *tool_side = chain.rotary_in_chain_order(machine)
     tip, axis = sp.symbols("x y z", real=True), sp.symbols("i j k", real=True)
     u, n = data.axis[workpiece_side.name], sp.Matrix(axis)
 
@@ -77,7 +78,7 @@ def derive(machine: Machine) -> Inverse:
     along = sp.expand_mul(u.dot(w))
     cosine, sine = (sp.cos(tool_side_angle), sp.sin(tool_side_angle)) if tool_side else (sp.S.Zero, sp.S.Zero)
     a, b = (along.coeff(cosine), along.coeff(sine)) if tool_side else (sp.S.Zero, sp.S.Zero)
-    if (a, b) < (0, 0):  # look along the other end of the workpiece-side axis, so that θ = atan2(B, A) is near zero
+    if (a, b) < (0, 0):  # look along the other end of the workpiece-side axis: atan2(B, A) is then in (−90°, 90°]
         u, workpiece_side_sign, along, a, b = -u, -workpiece_side_sign, -along, -a, -b
     constant = along.subs({cosine: 0, sine: 0})
     r = sp.sqrt(sp.expand(a**2 + b**2))
@@ -154,7 +155,7 @@ class Kinematics:
         self.machine = machine
         self.symbols = chain.joint_symbols(machine)
         # Which joint is next to the workpiece, and which next to the tool, None if there is one rotary joint.
-        places = [self.symbols.index(angle) for _, angle, _ in chain.between(machine)]
+        places = [self.symbols.index(angle) for _, angle, _ in chain.rotary_in_chain_order(machine)]
         self.workpiece_side: int = places[0]
         self.tool_side: int | None = places[1] if len(places) == 2 else None
 
@@ -218,9 +219,9 @@ class Kinematics:
         Returns
         -------
         ndarray, shape (..., 2, 5), or (..., 2, 4) with one rotary axis
-            X, Y, Z in mm and the rotary angles in (−180°, 180°], in the order of the machine file. The first
-            branch has the tool-side angle at the middle of its range plus an angle, the second minus the same.
-            NaN where the tool axis is out of reach. At the pole, where each workpiece-side angle is right, it is 0.
+            X, Y, Z in mm and the rotary angles in (−180°, 180°], in the order of the machine file. The first branch
+            has the tool-side angle midway between the two solutions plus an angle, the second minus the same. NaN
+            where the tool axis is out of reach. At the pole, where each workpiece-side angle is right, it is 0.
             With one rotary axis a tool axis has one position: the second branch is NaN.
         """
         tips, axes = np.broadcast_arrays(as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis")))

@@ -18,7 +18,7 @@ LETTERS = ("X", "Y", "Z")
 ENDLESS = (-math.inf, math.inf)
 MM_PER_INCH = 25.4
 TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may be beyond an end of its travel
-UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
+UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # of each joint: from mm and radians to mm and degrees
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,8 @@ class Machine:
     # Along which the control adds the tool's length where words name the tip; None: along the tool axis. It is
     # another direction if the spindle leans and the control does not know it.
     length_axis: tuple[float, ...] | None = None
-    # What the limits of X Y Z refer to: "slides", in machine coordinates (the position of a slide is its word, plus
-    # the origin, plus the tool where the word names the tip), or "words".
+    # What the limits of X Y Z refer to: "slides", in machine coordinates (the position of a slide is its programmed
+    # value, its word, plus the origin, plus the tool where the words name the tip), or "words".
     limits_of: str = "slides"
     slide_order: tuple[str, ...] = ("X", "Y", "Z")  # from the bed outwards, on either side: for drawings and errors
     # Lines of a program, in the words of its control: before and after the moves, and instead of the control's own
@@ -203,7 +203,7 @@ class Machine:
 
     @property
     def units(self) -> np.ndarray:
-        """mm and degrees of one mm or radian of each joint, shape (k,)."""
+        """Factors of the joints from mm and radians to mm and degrees, shape (k,)."""
         return UNITS[: len(self.joint_names)]
 
     def with_setup(self, *, origin: ArrayLike | None = None, tool_length: float | None = None) -> Machine:

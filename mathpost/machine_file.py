@@ -17,7 +17,8 @@ from mathpost.errors import InputError
 from mathpost.files import TomlTable, a_number, data_file, each, numbers, one_of, only_if, read_toml, some_text
 from mathpost.machine import ENDLESS, LETTERS, Linear, Machine, Rotary, Solid
 
-PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_change"}  # keys of [program]
+# Fields of `Machine`, and their keys of [program].
+PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_change"}
 AnyJoint = TypeVar("AnyJoint", Rotary, Linear)
 
 
@@ -136,8 +137,8 @@ def _rotary(table: TomlTable) -> Rotary:
     return _joint(table, Rotary, name, "degrees", axis=axis, point=point, clamp=clamp)
 
 
-def _joint(table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carries: str, **more: Any) -> AnyJoint:
-    """Read a joint of either kind, given in `unit`; `carries` is the default of that key."""
+def _joint(table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *default: str, **more: Any) -> AnyJoint:
+    """Read a joint of either kind, given in `unit`; `default` is that of its key `carries`."""
     scale = math.radians if unit == "degrees" else float
 
     def rate(key: str, expected: str) -> float | None:
@@ -146,7 +147,7 @@ def _joint(table: TomlTable, kind: type[AnyJoint], name: str, unit: str, *carrie
 
     joint = kind(
         name=name,
-        carries=table.take("carries", *one_of("workpiece", "tool"), *carries),
+        carries=table.take("carries", *one_of("workpiece", "tool"), *default),
         limits=tuple(map(scale, table.take("limits", _limits, f"[low, high] in {unit}", ENDLESS))),
         max_rate=rate("max_rate", f"a rate in {unit} per second"),
         max_acceleration=rate("max_acceleration", f"{unit} per second squared"),

@@ -55,7 +55,7 @@ def as_rotation(matrix: ArrayLike, where: str = "rotation") -> np.ndarray:
 
 
 def unit(vectors: ArrayLike, where: str = "axis") -> np.ndarray:
-    """Return `vectors`, shape (..., n), with length 1; raise `InputError` where one has none."""
+    """Return `vectors`, shape (..., n), scaled to length 1; raise `InputError` for one of length zero."""
     vectors = np.asarray(vectors)
     length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
     if not (length > SHORTEST).all():
@@ -65,7 +65,7 @@ def unit(vectors: ArrayLike, where: str = "axis") -> np.ndarray:
 
 
 def wrap(angles: ArrayLike, turn: float = 360.0) -> np.ndarray:
-    """Return `angles` less whole turns, in (−turn/2, turn/2]; within 1e-12 turns of the open end, the other end.
+    """Return `angles` less whole turns, in (−turn/2, turn/2]; one within 1e-12 turns of −turn/2 is turn/2.
 
     Examples
     --------

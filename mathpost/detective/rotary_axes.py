@@ -120,7 +120,7 @@ class JointCase:
 
     def not_normalised(self, axis: np.ndarray) -> np.ndarray:
         """Return unit vectors that keep the component of `axis` along the workpiece-side axis, not normalised."""
-        (workpiece_side, *_), *_ = chain.between(self.kinematics.machine)
+        (workpiece_side, *_), *_ = chain.rotary_in_chain_order(self.kinematics.machine)
         u = unit(np.array(workpiece_side.axis, dtype=float))
         across = axis - (axis @ u)[:, None] * u
         length = np.linalg.norm(across, axis=1, keepdims=True)

@@ -1,10 +1,12 @@
 """The path: CL data as arrays, which solution each record takes, and the way through the singular region.
 
-Read `cl` first (the data), then `selection` (which branch and winding; `dynamic_programming` finds the cheapest),
-`singular` (how near the pole) and `region` (the spline and the other motions through it), with `motion` and
-`between_blocks`. `deviation` is how far a machine strays from the path between two poses.
+Read `cl` first (the data), then `selection` (which branch and winding; `dynamic_programming` finds the cheapest,
+and among equals the one that travels least), `singular` (how near the pole) and `region` (the motions through it;
+the cubic itself is in `mathpost.sources.yu_dan`), with `motion` and `between_blocks`. `deviation` is how far a
+machine strays from the path between two poses, and the tolerances of both.
 
 How APT files of several systems are read: `cl_lines` (the statements of a file), `coordinates` (the frame of the
-points), `cl_words` (the words), and their effects: `modal` and `orders`, `moves` and `arcs`, `holes`. `text` reads
+points), `cl_words` (the words; those without an effect are in `data/cl/words.toml`), and their effects: `modal` and
+`orders`, `moves` and `arcs`, `holes`; `pieces` are runs of records that a control may have words for. `text` reads
 and writes many numbers at once.
 """

@@ -1,4 +1,4 @@
-"""Between two blocks: poses enough to keep both tolerances.
+"""Between two blocks: moves are divided until the tip and the tool axis keep their tolerances.
 
 A control without TCP moves all five joints linearly from block to block: tip and tool axis leave the CL path. First
 `follow` puts poses on the great circle of the tool axis. Then linearization (线性化) divides a move in the

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from mathpost.path.cl import CLData
     from mathpost.path.motion import Motion
 
+TOLERANCE = 0.01  # mm, of the tip; travel between the blocks is never looked at more coarsely
+# Of the tool axis: as much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for
+# finishing, too: 10° for each mm of the tolerance of the contour.
+AXIS_TOLERANCE = np.radians(0.1)
 RESOLUTION = 1e-5  # mm; error of the tip that the samples of a move may miss
 LEVER = 50.0  # mm; the least lever that the number of samples assumes, for the sake of the tool axis
 AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; error of the tool axis that they may miss

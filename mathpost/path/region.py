@@ -1,8 +1,9 @@
 """The singular region of a path, and the motions that lead through it.
 
 Each comes from one idea: follow the great circle, go over to the other branch, interpolate the rotary angles, lift
-the tool, or pass beside. How long each takes, a machine with its rates says: `mathpost.shop.post.ways`. Among them
-are the two cubics of source 002 that interpolate X Y Z together with the angles, for the audit.
+the tool, or pass beside. `mathpost.shop.post.ways` times them with the rates of a machine. The cubic itself is in
+`mathpost.sources.yu_dan`. Among the motions are the two of source 002 that interpolate X Y Z together with the
+angles, for the audit.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ from mathpost.errors import InputError, MathpostError
 from mathpost.path import cl as cldata
 from mathpost.path import selection
 from mathpost.path.between_blocks import follow, in_the_air, linearize
+from mathpost.path.deviation import AXIS_TOLERANCE
 from mathpost.path.motion import LIFTED, Motion
-from mathpost.path.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
+from mathpost.path.singular import CLEARANCE, LEAN, distance, refuse_nonsense
 from mathpost.sources import yu_dan
 
 if TYPE_CHECKING:

@@ -114,11 +114,12 @@ def choose(
         Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is split
         as seldom as possible; among such choices the optimal one costs least.
     prefer : {1, -1}, optional
-        The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
-        equals, and in its case (2). By default the longer side of its travel.
+        The preferred direction of the tilting axis, the paper's dominant range (优势区间): the path begins on it
+        unless the other one is cheaper by a thousandth, and it decides the paper's case (2). By default the longer
+        side of its travel.
     sway : float
-        Radians; in cut, the branch may change only where the tool axis, on its great circle between two records,
-        comes nearer than this to a singular one: it has to leave the circle by as much to get there.
+        Radians, how far the tool axis may leave its great circle to change the branch in cut: the branch changes
+        only where the circle between two records comes nearer than this to a singular tool axis.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The singular region (奇异区域): how near the tool is to it, and where a path meets it.
 
 The tool and both rotary axes in one plane: there the rotary joints lose one direction of turning, and close to it
-the workpiece-side axis must swing far for a small turn of the tool. `mathpost.shop.post.ways` has the ways through.
+the workpiece-side axis must swing far for a small turn of the tool. `region` has the ways through.
 """
 
 from __future__ import annotations
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
     from mathpost.machine import Machine
 
-# As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
-# each mm of the tolerance of the contour.
-AXIS_TOLERANCE = np.radians(0.1)
 CONE = np.radians(1.0)  # about the singular tool axes
 LEAN = np.radians(1.0)
 CLEARANCE = 20.0  # mm
@@ -44,7 +41,7 @@ def measure(kin: Kinematics) -> sp.Expr:
     sin(B)/2
     """
     data = chain.Geometry.numbers(kin.machine)
-    (workpiece_side, _, _), (tool_side, angle, sign) = chain.between(kin.machine)
+    (workpiece_side, _, _), (tool_side, angle, sign) = chain.rotary_in_chain_order(kin.machine)
     # Seen from the body between the two axes: both axes are at rest and the tool turns about the tool-side one.
     tool = about(data.axis[tool_side.name], sign * angle) * data.tool_axis
     return sp.simplify(tool.dot(data.axis[workpiece_side.name].cross(data.axis[tool_side.name])))
@@ -58,7 +55,7 @@ def closeness(kin: Kinematics, axis: ArrayLike) -> np.ndarray:
 
 def amplification(kin: Kinematics, axis: ArrayLike) -> np.ndarray:
     """Return how far the workpiece-side axis turns at most, rad per rad of the tool; tool axes (..., 3)."""
-    (_, _, _), (tool_side, _, _) = chain.between(kin.machine)
+    (_, _, _), (tool_side, _, _) = chain.rotary_in_chain_order(kin.machine)
     along = unit(np.array(tool_side.axis)) @ unit(np.array(kin.machine.tool_axis))
     with np.errstate(divide="ignore"):
         return np.sqrt(1 - along**2) / closeness(kin, axis)

@@ -10,8 +10,8 @@ from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.path import region, selection, singular
+from mathpost.path.deviation import AXIS_TOLERANCE
 from mathpost.path.motion import Motion
-from mathpost.path.singular import AXIS_TOLERANCE
 from mathpost.shop.controls import control
 from mathpost.shop.controls.blocks import Blocks, rounded
 from mathpost.shop.post import options as settings

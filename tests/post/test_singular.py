@@ -12,7 +12,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.path import selection, singular
-from mathpost.path.singular import AXIS_TOLERANCE
+from mathpost.path.deviation import AXIS_TOLERANCE
 from mathpost.shop.post.ways import Crossing
 from tests.conftest import DATA
 from tests.machines import content, random_joints

@@ -12,12 +12,12 @@ from mathpost.interface.shell.options import FILE, OUTPUT, degrees, given, vecto
 from mathpost.machine import Machine
 from mathpost.path import cl
 from mathpost.path.cl import CLData
+from mathpost.path.deviation import AXIS_TOLERANCE, TOLERANCE
 from mathpost.path.region import Region
 from mathpost.path.selection import STRATEGIES
-from mathpost.path.singular import AXIS_TOLERANCE, CLEARANCE, CONE, LEAN
+from mathpost.path.singular import CLEARANCE, CONE, LEAN
 from mathpost.shop.compensate.model import read_errors
 from mathpost.shop.controls import control
-from mathpost.shop.post.options import TOLERANCE
 from mathpost.shop.post.postprocess import Result
 from mathpost.shop.post.postprocess import postprocess as post
 

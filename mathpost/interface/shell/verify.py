@@ -18,10 +18,9 @@ from mathpost.files import TomlTable, a_number, only_if, read_bytes, read_text, 
 from mathpost.interface.shell.options import FILE, degrees, vector
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl
-from mathpost.path.singular import AXIS_TOLERANCE
+from mathpost.path.deviation import AXIS_TOLERANCE, TOLERANCE
 from mathpost.shop.controls import control
 from mathpost.shop.controls.coordinates import Setup
-from mathpost.shop.post.options import TOLERANCE
 from mathpost.shop.post.verify import Verified, verify
 
 if TYPE_CHECKING:

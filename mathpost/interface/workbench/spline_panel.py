@@ -7,11 +7,9 @@ from mathpost.errors import MathpostError
 from mathpost.interface.workbench.panel import Shown
 from mathpost.kinematics import Kinematics
 from mathpost.path.cl import CLData
-from mathpost.path.deviation import strays
+from mathpost.path.deviation import AXIS_TOLERANCE, TOLERANCE, strays
 from mathpost.path.motion import Motion
 from mathpost.path.region import through_the_records
-from mathpost.path.singular import AXIS_TOLERANCE
-from mathpost.shop.post.options import TOLERANCE
 from mathpost.shop.post.time_law import block_times, time_law
 from mathpost.sources import yu_dan
 

@@ -110,7 +110,7 @@ class ErrorModel:
         zero = data.origin + added
         ideal = {link.name: link for link in chain.links(self.machine)}
         tables, heads = [], []
-        for rotary, _, sign in chain.between(self.machine):
+        for rotary, _, sign in chain.rotary_in_chain_order(self.machine):
             point = data.point[rotary.name]
             if sign < 0:
                 tables += [ideal[rotary.name], self._error(rotary.name, point, inverse=True)]

@@ -8,15 +8,13 @@ from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError, as_array
 from mathpost.machine import Machine
-from mathpost.path.deviation import AXIS_RESOLUTION
+from mathpost.path.deviation import AXIS_RESOLUTION, AXIS_TOLERANCE, TOLERANCE
 from mathpost.path.region import Region
 from mathpost.path.selection import STRATEGIES
-from mathpost.path.singular import AXIS_TOLERANCE, CLEARANCE, CONE, LEAN, refuse_nonsense
+from mathpost.path.singular import CLEARANCE, CONE, LEAN, refuse_nonsense
 from mathpost.shop.compensate.compensation import Compensator
 from mathpost.shop.compensate.model import MachineErrors
 from mathpost.shop.controls.control import Control, control_for
-
-TOLERANCE = 0.01  # mm; travel between the blocks is never looked at more coarsely
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,7 +110,7 @@ class Options:
         return 0.5 if machine.complete and any("{rounding}" in line for line in self.control.start) else 1.0
 
     def axis_room(self, machine: Machine) -> float:
-        """Return what the tool axis may stray in the moves, radians, but for the printed digits."""
+        """Return radians left for the tool axis in the moves, after the rounding of the printed digits."""
         return max(self.share(machine) * self.axis_tolerance, 2 * self.axis_digits) - self.axis_digits
 
     def real(self, machine: Machine) -> Compensator | None:

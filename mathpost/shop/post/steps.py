@@ -20,6 +20,7 @@ from mathpost.path import deviation, selection
 from mathpost.path.between_blocks import follow, in_the_air, linearize
 from mathpost.path.cl import OPPOSITE, CLData, commands
 from mathpost.path.cl_words import in_program
+from mathpost.path.deviation import TOLERANCE
 from mathpost.path.modal import Command
 from mathpost.path.motion import LIFTED, SAFE, Motion
 from mathpost.path.region import through_the_records, unbroken
@@ -39,7 +40,7 @@ from mathpost.shop.post.approach import (
 )
 from mathpost.shop.post.clear import CLEAR, Ways, judged
 from mathpost.shop.post.cuts import NOTHING, Cuts, touched
-from mathpost.shop.post.options import TOLERANCE, Options
+from mathpost.shop.post.options import Options
 from mathpost.shop.post.time_law import block_times, tcp_times
 from mathpost.shop.post.ways import Crossing
 

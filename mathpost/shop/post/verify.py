@@ -10,7 +10,8 @@ from mathpost.errors import InputError, one_line
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS, Machine
 from mathpost.path.cl import CLData, from_arrays
-from mathpost.path.singular import AXIS_TOLERANCE, CONE, from_pole
+from mathpost.path.deviation import AXIS_TOLERANCE, TOLERANCE
+from mathpost.path.singular import CONE, from_pole
 from mathpost.shop.controls.blocks import Blocks, joined
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
@@ -21,7 +22,6 @@ from mathpost.shop.post.clear import HITS, MEETS, UNJUDGED, Ways, judged
 from mathpost.shop.post.cuts import touched
 from mathpost.shop.post.every_move import why_unsafe
 from mathpost.shop.post.explained import Case, explain
-from mathpost.shop.post.options import TOLERANCE
 from mathpost.shop.post.pace import SAME_FEED, Pace, pace
 from mathpost.shop.post.proof import joints_of
 from mathpost.shop.post.time_law import asked_by, time_law

@@ -162,7 +162,7 @@ def notations(angles: Sequence[float] = (40.0, 50.0, 30.0)) -> Live:
     text += [("quaternion ({:4}, {:4}, {:4}, {:4})", *(sign * x for x in (w, x, y, z)))]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
         about = NOTATIONS[name]
-        *found, sine = euler.expressions(about.sequence, F, lock=about.lock)
+        *found, sine = euler.angle_expressions(about.sequence, F, lock=about.lock)
         words, locked = " {:3}, ".join(about.words), sp.Piecewise((1, sine < euler.LOCK), (0, True))
         text.append((f"{name}: {words} {{:3}}{{? (locked)}}", *(angle * _DEGREES for angle in found), locked))
     frame = euler.matrix("ZXZ", angles, degrees=True)

@@ -1,4 +1,4 @@
-"""One colour per role in every picture, and its style of line."""
+"""One colour per role in every picture, and its style of line; `paths.js` repeats those that it draws."""
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
 ROLES = {
