@@ -52,7 +52,8 @@ class Coordinates:
         self.offset = np.zeros(3)  # of the work offset that is called, from the first one
         self.first_offset: str | None = None
         self.tools: list[str] = []
-        # Joints X Y Z of a machine whose words name the tip, where its rotary axes are not known and the slides are.
+        # Joints X Y Z of a machine whose words name the tip, where its rotary axes are not known and the slides
+        # are.
         self.standing = np.full(3, np.nan)
 
     @property

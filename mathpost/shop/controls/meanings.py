@@ -111,8 +111,8 @@ def _centre(reader: Lines, line: Line, text: str) -> None:
 def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, str], None]:
     """A shift of the datum by the axes that the line names.
 
-    On a tilted plane it goes along the plane's axes. A shift from before the plane is taken back by one of 0 there, as
-    posts write it at the end of an operation; what another one does to it no manual says.
+    On a tilted plane it goes along the plane's axes. A shift from before the plane is taken back by one of 0 there,
+    as posts write it at the end of an operation; what another one does to it no manual says.
     """
 
     def shift(reader: Lines, line: Line, text: str) -> None:
