@@ -3,7 +3,8 @@
 A panel is made from the options of its command, so an option has one name, one unit and one help text, and a new
 one appears in both. Read `options` (an option as a control), `run` (a process that can be stopped), `panel`, then
 `text_panel`, for commands whose result is the text they print, and `post_panel`, `check_panel`, `calibrate_panel`.
-A panel writes only to files that the user names. `spline_panel` is not a command: it belongs to lesson 06b.
+`axes` are the axes of a machine as numbers to change, `sheet_page` a checked sheet in colours. A panel writes only
+to files that the user names. `spline_panel` is not a command: it belongs to lesson 06b.
 """
 
 from importlib import import_module

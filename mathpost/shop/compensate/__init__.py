@@ -4,7 +4,7 @@ Read `model` first: the chain with its errors as symbols, and the measured error
 `compensation`: the joints with which that machine goes where it should. `drift` follows errors from part to part.
 
 From readings to a machine: `readings` brings files of every method to one form (`positioning`, `gauge` and
-`instrument` are theirs), `estimate` makes one `calibration` of them (`held`, `moved`, `unmeasured`, `problem`),
-`residuals` say whether they fit, `agree` whether files do, `further` what else to measure. `calibrate`
+`instrument` are theirs), `estimate` makes one `calibration` of them (`held`, `moved`, `unmeasured`, `problem`,
+`probed`), `residuals` say whether they fit, `agree` whether files do, `further` what else to measure. `calibrate`
 does all of it, and asks `suspect` for the cause where they do not fit; `handover` and `terms` write what was found.
 """

@@ -1,1 +1,1 @@
-"""The exercises of the lessons, by subject; their sentences are in `exercises.toml` beside this folder."""
+"""The exercises of the lessons by subject, a file each; their texts are in `exercises.toml` beside this folder."""
