@@ -1,13 +1,16 @@
 """The plane as the shell answers it, against SciPy's rotations."""
 
 import json
+from pathlib import Path
 
+import nbformat
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost.interface.shell.main import main
 from mathpost.shop.controls import plane_blocks
+from mathpost.shop.controls.plane_forms import FORMS
 
 BETA = "54.7356103172"
 SOURCE = Rotation.from_euler("ZXZ", [135, 54.7356103172, -90], degrees=True).as_matrix()
@@ -105,3 +108,11 @@ def test_refused(arguments, text, capsys):
 def test_vectors_that_are_not_square_are_kept_on_demand(capsys):
     found = answered(capsys, "PLANE VECTOR BX1 BY0 BZ1 NX0 NY0 NZ1", "--keep", "N")
     np.testing.assert_allclose(found["x"], [1, 0, 0], atol=1e-12)
+
+
+def test_the_lesson_shows_the_forms_that_the_command_reads():
+    notebook = nbformat.read(Path("notebooks/03_tilted_working_plane.ipynb"), as_version=4)
+    [cell] = [cell.source for cell in notebook.cells if "| rests on |" in cell.source]
+    rows = [line.strip("| ").split(" | ") for line in cell.splitlines() if line.startswith("| `")]
+    said = [[form[column] or "–" for column in ("words", "is", "source", "beware")] for form in FORMS.values()]
+    assert rows == [[f"`{words}`", *others] for words, *others in said]

@@ -155,7 +155,7 @@ def _turn(direction: np.ndarray, feature: Frame) -> float:
 
 
 def fanuc(alignment: Alignment, present: ArrayLike, *, master: str | None = None) -> Solution:
-    """Choose as Fanuc's G53.1 does (Series 16i/18i-MB).
+    """Choose as Fanuc's G53.1 does (Series 16i/18i-MB, operator's manual B-63534EN, tool axis direction control).
 
     The smallest motion of the master axis; if equal, of the slave; if equal, the master nearest to 0; if equal, the
     slave nearest to 0. The master is the axis nearest to the bed, on a machine with one table and one head the
