@@ -5,6 +5,7 @@ vector; the body that it carries turns right-handed about the vector by the prog
 given in machine coordinates, joints of a head count from the spindle nose. Angles here are degrees, lengths mm.
 """
 
+import itertools
 import math
 import tomllib
 from pathlib import Path
@@ -138,16 +139,16 @@ class Model:
         """
         axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
         found = []
-        for first in range(-180, 180, 45):
-            for second in range(-180, 180, 45):
-                angles = self._newton(axis, np.array([first, second][: len(self.letters)], dtype=float) + 3.0)
-                if angles is None:
-                    continue
-                angles = [self._within(n, a, present[n]) for n, a in enumerate(angles)]
-                if None in angles or any(np.allclose(angles, other, atol=1e-6) for other in found):
-                    continue
-                found.append(np.array(angles))
         now = np.nan_to_num(np.asarray(present, dtype=float))
+        grid = itertools.product(range(-177, 183, 45), repeat=len(self.letters))
+        for start in [now, *grid]:  # what need not turn, as one axis at the pole, stays
+            angles = self._newton(axis, np.array(start, dtype=float))
+            if angles is None:
+                continue
+            angles = [self._within(n, a, present[n]) for n, a in enumerate(angles)]
+            if None in angles or any(np.allclose(angles, other, atol=1e-6) for other in found):
+                continue
+            found.append(np.array(angles))
         return sorted(found, key=lambda angles: float(np.abs(angles - now).max()))
 
     def _newton(self, axis, angles):

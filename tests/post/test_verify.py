@@ -1,6 +1,7 @@
 """Programs verified: right ones of every control agree, planted slips are found and named."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -37,7 +38,8 @@ def test_right_programs_in_the_words_of_another_post_agree(seed):
     judged = made.judged(text)
     assert judged.status == 0, str(judged)
     assert judged.along.tip <= 0.01
-    clear = judged.together or not judged.unsure  # together they go as the CL data have them
+    unsure = [block for block in judged.unsure if judged.program.blocks.rapid[block]]
+    clear = judged.together or not unsure  # together, or at a feed, they go as the CL data have them
     assert clear and not judged.unjudged, "what the package writes is clear on every way"
 
 
@@ -272,3 +274,39 @@ def test_feed_at_the_tip_is_slower_far_from_the_axis(tmp_path):
     by_tip = verify(text, AT_ONCE, control=str(path)).seconds
     assert by_tip == pytest.approx(2 * 200 * np.sin(np.deg2rad(0.5)) / 6, rel=1e-3)
     assert verify(text, AT_ONCE, control="linuxcnc").seconds == pytest.approx(2 / 6)
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize("way", ["cubic lifted", "retract"])
+def test_a_lift_over_a_stretch_is_told_and_is_no_fault(way, tcp):
+    """On the blade both leave at record 2 and come down at record 3; a block of another height is a fault."""
+    setup, path = machine.load("dmu50v"), cldata.read(DATA / "cl/blade.cl")
+    text = postprocess(path, setup, dialect="siemens", singular=way, tcp=tcp).program
+    judged = verify(text, setup, "siemens", cl=path)
+    assert judged.status == 0, judged
+    ((first, last),) = judged.along.lifts
+    assert judged.along.place[[first - 1, last]] == pytest.approx([1, 2], abs=1e-4)
+    assert f"lifted     lines {judged.line(first)} … {judged.line(last)}, over what the CL data cut" in str(judged)
+    lines = text.splitlines()
+    lifted = judged.line(first) - 1
+    bare = "\n".join(line for n, line in enumerate(lines) if n != lifted)  # it goes aside before it is lifted
+    assert verify(bare, setup, "siemens", cl=path).status == 1
+
+
+def test_between_two_tools_the_air_is_free():
+    """The way to the second tool's first record goes below the plane of the first one's last record."""
+    text = """UNITS/MM
+LOADTL/1
+FEDRAT/500
+GOTO/0,0,0,0.6,0,0.8
+GOTO/0,20,0
+LOADTL/2
+FEDRAT/500
+RAPID
+GOTO/-60,0,-10,0,0,1
+GOTO/-60,20,-10
+"""
+    setup, path = replace(machine.load("ac_table"), program_head=("G40",)), cldata.parse(text, "two.cl")
+    program = postprocess(path, setup, dialect="siemens").program
+    judged = verify(program, setup, "siemens", cl=path, setup=Setup(lengths={"1": 120.0, "2": 120.0}))
+    assert judged.along.off is None, judged

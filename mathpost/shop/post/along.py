@@ -4,7 +4,8 @@ Blocks need not end at records: a post may have divided moves, or left records o
 Each block is *placed* on the path, from its beginning to its end: at the first place, not before that of the block
 before it, where tip and tool axis keep their tolerances. Before the first record and behind the last one the tool
 may go anywhere. In between it may leave the path if it comes back to where it left, or goes on behind rapid moves
-of the CL data, and does not go below the place that it left.
+of the CL data, and each block is above the place that it left, or where it goes on, or its tip is on their way.
+Between two records it may lift along its axis, and come down at a later place: that is said.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ class Along:
     off: Off | None
     tip: float  # most that the tip is off the path, between the blocks, too, mm,
     axis: float  # and the tool axis, radians; as far as the program goes right
+    lifts: tuple[tuple[int, int], ...] = ()  # (first, last block) over what is cut in the CL data, not here
 
 
 @dataclass(frozen=True)
@@ -79,14 +81,15 @@ def along(
     poses = [np.ascontiguousarray(each) for each in (tips, axes, points, directions)]
     low, high = _boxes(points, tip)
     loop(poses[0], poses[1], poses[2], poses[3], low, high, tip, axis, place)
-    off = _position_off(tips, axes, cl, points, directions, tip, axis, place)
+    lifts: list[tuple[int, int]] = []
+    off = _position_off(tips, axes, cl, points, directions, tip, axis, place, lifts)
     last = len(tips) if off is None or off.what == "end" else off.block
     most = np.zeros(2)
     if moves is not None:
         way, most = _way_off(moves, cl, tip, axis, place[:last])
         if way is not None:
             off = way
-    return Along(place, off, *map(float, most))
+    return Along(place, off, float(most[0]), float(most[1]), tuple(lifts))
 
 
 def _boxes(points: np.ndarray, tip: float) -> tuple[np.ndarray, np.ndarray]:
@@ -148,9 +151,12 @@ def _placed(
 
 def _position_off(
     tips: np.ndarray, axes: np.ndarray, cl: CLData, points: np.ndarray, directions: np.ndarray, tip: float,
-    axis: float, place: np.ndarray,
+    axis: float, place: np.ndarray, lifts: list[tuple[int, int]],
 ) -> Off | None:  # fmt: skip
-    """The first block that is off although it may not be, or the end of a program that is too short."""
+    """The first block that is off although it may not be, or the end of a program that is too short.
+
+    Ways through the air over a stretch that the CL data cut are put into `lifts`.
+    """
     on = np.flatnonzero(~np.isnan(place))
     if not on.size:  # nowhere near the first record
         far = np.linalg.norm(tips - points[0], axis=1)
@@ -162,9 +168,17 @@ def _position_off(
             from_place, to_place = place[before], place[after]
             same = to_place - from_place < SAME_PLACE
             rapid = cl.rapid[int(np.floor(from_place)) + 1 : int(np.ceil(to_place)) + 1]
-            left, upwards = cl.at(from_place)
-            height = (tips[before + 1 : after] - left) @ upwards
-            if not (same or (rapid.size and rapid.all())) or height.min() < -tip:
+            ends, upwards = cl.at(np.array([from_place, to_place]))
+            height = np.vecdot(tips[before + 1 : after, None] - ends, upwards).max(axis=1)
+            air = same or (rapid.size and rapid.all())
+            some = slice(before, after + 1)
+            if not air and not _left_out(cl, from_place, to_place, tip, axis):
+                air = _is_lift(tips[some], axes[some], tip, axis)
+                lifts += [(before + 1, after)] * air
+            inner = np.arange(np.floor(from_place) + 1, np.ceil(to_place))
+            way, _ = cl.at(np.r_[from_place, inner, to_place])
+            off = deviation.from_segment(tips[before + 1 : after, None], way[:-1], way[1:]).min(axis=1)
+            if not air or (np.minimum(-height, off) > tip).any():
                 return _nearest(tips, axes, points, directions, tip, axis, before + 1, from_place)
     end = len(cl) - 1
     if end - place[on[-1]] > SAME_PLACE:
@@ -176,6 +190,24 @@ def _position_off(
                 return _nearest(tips, axes, points, directions, tip, axis, last + 1, there)
             return Off(int(last), float(there), float(far), float(lean), "end")
     return None
+
+
+def _left_out(cl: CLData, before: float, after: float, tip: float, axis: float) -> bool:
+    """Whether any record between two places is at neither of them."""
+    inner = slice(int(np.floor(before + SAME_PLACE)) + 1, int(np.ceil(after - SAME_PLACE)))
+    points, directions = cl.at(np.array([before, after]))
+    far = np.linalg.norm(cl.points[inner, None] - points, axis=2) > tip
+    return bool((far | (_angles(cl.axes[inner, None], directions) > axis)).all(axis=1).any())
+
+
+def _is_lift(tips: np.ndarray, axes: np.ndarray, tip: float, axis: float) -> bool:
+    """Whether the tool leaves the path along its axis, and comes back onto it along its axis at another place."""
+    if len(tips) < 4:
+        return False
+    up, over = tips[[1, -2]] - tips[[0, -1]], axes[[0, -1]]
+    beside = np.linalg.norm(up - np.vecdot(up, over)[:, None] * over, axis=1)
+    turned = _angles(axes[[1, -2]], over)
+    return bool((np.vecdot(up, over) > tip).all() and (beside <= tip).all() and (turned <= axis).all())
 
 
 def _nearest(

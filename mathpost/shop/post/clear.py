@@ -15,7 +15,7 @@ import numpy as np
 from mathpost.path.deviation import levers
 from mathpost.shop.post.body import ABOVE, AROUND, BODY, LEAST_BODY, MANY_POINTS, Body, in_body, moving
 from mathpost.shop.post.cuts import Cuts
-from mathpost.shop.post.solids import Near, in_reach, meets
+from mathpost.shop.post.solids import Near, in_reach, meets, within
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
@@ -124,6 +124,8 @@ def _found(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, near: Near, points
         return _are_there(kin, ways, row, cuts, points)
 
     points = points[near(points, 0.0)]
+    if cuts.stock:  # of what is cut, the rest is air
+        points = points[within(cuts.stock, points)]
     met = there(points).any() or any(meets(solid, near, there) for solid in cuts.stock)
     return MEETS if met else CLEAR
 

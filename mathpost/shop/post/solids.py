@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from mathpost.machine import Solid
 
 LEAST = 1.0  # mm, the edge of the smallest cubes
+SAME = 1e-6  # mm, by which a point of a solid may be beside it
 MOST = 200_000  # cubes of one size; where more are near, the body counts as meeting them
 EIGHTHS = np.array(list(product((-0.25, 0.25), repeat=3)))  # middles of a cube's eight parts
 Near = Callable[[np.ndarray, float], np.ndarray]  # which of n points may be in the body, or so many mm beside it
@@ -73,6 +74,12 @@ def meets(solid: Solid, near: Near, there: Callable[[np.ndarray], np.ndarray]) -
             return True
         middles = (middles[:, None] + size * EIGHTHS).reshape(-1, 3)
         size /= 2
+
+
+def within(solids: Sequence[Solid], points: np.ndarray) -> np.ndarray:
+    """Whether points, (n, 3), are in any solid."""
+    off = [np.linalg.norm(nearest(solid, points) - points, axis=1) for solid in solids]
+    return np.min(off, axis=0) < SAME
 
 
 def in_reach(solids: Sequence[Solid], low: np.ndarray, high: np.ndarray) -> np.ndarray:

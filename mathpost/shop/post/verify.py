@@ -16,7 +16,7 @@ from mathpost.shop.controls.blocks import Blocks, joined
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
 from mathpost.shop.controls.reader import Program, follow
-from mathpost.shop.post.along import Along, Moves, along, kinematics_of, stretches
+from mathpost.shop.post.along import SAME_PLACE, Along, Moves, along, kinematics_of, stretches
 from mathpost.shop.post.body import BODY
 from mathpost.shop.post.clear import HITS, MEETS, UNJUDGED, Ways, judged
 from mathpost.shop.post.cuts import touched
@@ -163,8 +163,11 @@ class Verified:
             return [("CL data", "none: what the program should do was not compared")]
         found, off = self.along, self.along.off
         most = f"tip {found.tip:.4f} mm, tool axis {np.degrees(found.axis):.4f}° off at most"
+        over = "over what the CL data cut"
+        lifts = [f"lines {self.line(first)} … {self.line(last)}, {over}" for first, last in found.lifts]
         if off is None:
-            return [("CL data", f"agrees with all {self.records} records: {most}"), *self._paces()]
+            lifted = self._several("lifted", lifts, "") if lifts else []
+            return [("CL data", f"agrees with all {self.records} records: {most}"), *lifted, *self._paces()]
         record = min(int(off.record) + 1, self.records)
         where = {"position": f"line {self.line(off.block)}", "end": f"the end, line {self.line(off.block)},"}
         what = where.get(off.what, f"the way to line {self.line(off.block)}")
@@ -346,9 +349,12 @@ def _ways(
         run = replace(from_arrays(tips + origins, axes), rapid=blocks.rapid | ~from_known)
         cuts = touched([(run, np.zeros(3))], machine, machine.origin)
         place = np.arange(len(kin), dtype=float)
-    onto = np.where(np.append(~blocks.rapid[1:], False), np.arange(len(kin)), -1)
     never, cutting = np.zeros(len(kin), bool), ~blocks.rapid
-    ways = Ways(joints, place, interpolated | cutting, blocks.tcp, onto, never, cutting)
+    if cl is not None and along is not None:  # in cut are those alone that the CL data have in cut
+        on = np.ceil(np.nan_to_num(along.place) - SAME_PLACE).astype(int)
+        cutting = cutting & ~np.isnan(along.place) & ~cl.rapid[np.minimum(on, len(cl) - 1)]
+    onto = np.where(np.append(cutting[1:], False), np.arange(len(kin)), -1)
+    ways = Ways(joints, place, interpolated | ~blocks.rapid, blocks.tcp, onto, never, cutting)
     unsure, unjudged, hits = [], [], []
     for each, rows in stretches(program.machines, len(kin)):
         first = rows.start + 1
