@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine, postprocess
+from mathpost import machine_file, postprocess
 from mathpost.errors import MathpostError
 from mathpost.path import cl
 from mathpost.shop.controls.coordinates import Setup
@@ -18,7 +18,7 @@ REASONS = ("[program] ", "outside", "no solution", "on its way there", "out of r
 def verdict(seed):
     """What came of a job: "refused", "clear", or "said", if the CL data's own rapid moves meet something."""
     job = drawn.drawn(seed)
-    path, setup = cl.parse(job.text, "job.cl"), machine.from_dict(job.content)
+    path, setup = cl.parse(job.text, "job.cl"), machine_file.from_dict(job.content)
     try:
         result = postprocess(path, setup, dialect=job.control, tcp=job.tcp)
     except MathpostError as error:
@@ -46,7 +46,7 @@ def test_no_move_of_a_whole_program_meets_anything_unsaid(seed, of):
 def test_a_lower_safe_position_is_seen():
     """The judge sees what a program does whose lines go through the stock."""
     job = drawn.drawn(2)
-    result = postprocess(cl.parse(job.text, "job.cl"), machine.from_dict(job.content), dialect=job.control)
+    result = postprocess(cl.parse(job.text, "job.cl"), machine_file.from_dict(job.content), dialect=job.control)
     assert not drawn.hits(job, result.program, np.random.default_rng(0))
     lower = result.program.replace("L Z+390 R0 FMAX M91\n", "L X+0 Y+0 R0 FMAX M91\nL Z+10 R0 FMAX M91\n")
     assert lower != result.program and drawn.hits(job, lower, np.random.default_rng(0))

@@ -280,7 +280,7 @@ def test_feed_at_the_tip_is_slower_far_from_the_axis(tmp_path):
 @pytest.mark.parametrize("way", ["cubic lifted", "retract"])
 def test_a_lift_over_a_stretch_is_told_and_is_no_fault(way, tcp):
     """On the blade both leave at record 2 and come down at record 3; a block of another height is a fault."""
-    setup, path = machine.load("dmu50v"), cldata.read(DATA / "cl/blade.cl")
+    setup, path = load_machine("dmu50v"), cldata.read(DATA / "cl/blade.cl")
     text = postprocess(path, setup, dialect="siemens", singular=way, tcp=tcp).program
     judged = verify(text, setup, "siemens", cl=path)
     assert judged.status == 0, judged
@@ -306,7 +306,7 @@ RAPID
 GOTO/-60,0,-10,0,0,1
 GOTO/-60,20,-10
 """
-    setup, path = replace(machine.load("ac_table"), program_head=("G40",)), cldata.parse(text, "two.cl")
+    setup, path = replace(load_machine("ac_table"), program_head=("G40",)), cldata.parse(text, "two.cl")
     program = postprocess(path, setup, dialect="siemens").program
     judged = verify(program, setup, "siemens", cl=path, setup=Setup(lengths={"1": 120.0, "2": 120.0}))
     assert judged.along.off is None, judged
