@@ -253,6 +253,18 @@ def test_degrees_a_minute_and_waiting_count_in_the_time(control):
     assert verify(text, AT_ONCE, control=control, setup=setup).seconds == pytest.approx(seconds, abs=1e-6)
 
 
+@pytest.mark.parametrize("control", ["fanuc", "haas", "heidenhain", "linuxcnc", "siemens"])
+@pytest.mark.parametrize("kind", ["DRILL", "BORE"])
+def test_a_cycle_that_waits_at_the_bottom(control, kind):
+    def seconds(dwell):
+        lines = ["SPINDL/RPM,1000,CLW", "RAPID", "GOTO/0,0,30,0,0,1", "FEDRAT/400,MMPM"]
+        lines += [f"CYCLE/{kind},FEDTO,5,CLEAR,1,MMPM,120,DWELL,{dwell}", "GOTO/0,0,0", "GOTO/9,0,0", "CYCLE/OFF"]
+        made = postprocess(cldata.parse("\n".join(lines) + "\n"), load_machine("ac_table"), dialect=control)
+        return verify(made.program, load_machine("ac_table"), control).seconds
+
+    assert seconds(2.5) - seconds(0.5) == pytest.approx(2 * 2.0, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("control", "text", "seconds"),
     [  # the first is the example of Fanuc's manual: 0.14907 min

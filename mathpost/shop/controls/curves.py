@@ -78,6 +78,12 @@ class Heights:
     bottom: float
     leave: float
     slow: bool = False  # whether the tool comes out at its feed
+    dwell: float = 0.0  # seconds that it waits at the bottom; below 0 turns of the spindle
+
+
+WAITS = dict.fromkeys(("CYCLE82", "CYCLE84", "CYCLE840", "CYCLE85", "CYCLE86", "CYCLE88", "CYCLE89"), 5) | {
+    "CYCLE83": 8
+}
 
 
 def hole(at: np.ndarray, axis: int, heights: Heights) -> tuple[np.ndarray, list[bool]]:
@@ -117,7 +123,7 @@ def heights(text: str) -> Heights:
     """Return the heights of a cycle of Siemens.
 
     CYCLE81 and the like begin with the planes to which the tool comes out and of the surface, the distance in front
-    of it, the depth and, if that is left out, how far below the surface it is.
+    of it, the depth and, if that is left out, how far below the surface it is. How long it waits is further back.
     """
     name, values = arguments(text)
     if name not in OUT_AT_FEED or len(values) < 4:
@@ -125,4 +131,5 @@ def heights(text: str) -> Heights:
     leave, surface, distance, bottom, below = [*values, 0.0][:5]
     if below and text.split("(")[1].split(",")[3].strip() == "":
         bottom = surface - abs(below)
-    return Heights(surface + abs(distance), bottom, leave, OUT_AT_FEED[name])
+    dwell = dict(enumerate(values)).get(WAITS.get(name, -1), 0.0)
+    return Heights(surface + abs(distance), bottom, leave, OUT_AT_FEED[name], dwell)

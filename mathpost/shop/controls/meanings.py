@@ -336,7 +336,10 @@ STATEMENTS = {
 }
 NUMBERS = {
     *(f"{word} {letter}" for word in ("centre", "centre at", "tool axis") for letter in "XYZ"),
-    *(f"cycle {word}" for word in ("surface", "depth", "clearance", "retract", "feed", "feed out", "pitch")),
+    *(
+        f"cycle {word}"
+        for word in ("surface", "depth", "clearance", "retract", "feed", "feed out", "pitch", "dwell")
+    ),
     "radius",
     "turns",  # of an arc, the one that is begun included
     "full turns",  # before it

@@ -20,7 +20,7 @@ from mathpost.shop.controls import calls, curves, stops, ways
 from mathpost.shop.controls.blocks import FEED, Blocks, axis_word
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
-from mathpost.shop.controls.lines import Drilling, Line, plain, tidy, tool_name, whole_number
+from mathpost.shop.controls.lines import Drilling, Line, plain, seconds, tidy, tool_name, whole_number
 from mathpost.shop.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
 from mathpost.shop.controls.plane_forms import lacking
 from mathpost.shop.controls.track import Blind, Track
@@ -276,12 +276,9 @@ class Lines(Track):
         elif meaning == "length":
             self.load(tool_name(values[0]))
         elif meaning == "dwell turns":
-            if not self.speed > 0:
-                raise self.error("a speed before a wait of turns of the spindle", "none")
-            self.dwell += 60 * float(values[0]) / self.speed
+            self.wait(-float(values[0]))
         elif meaning.startswith("dwell "):
-            in_seconds = meaning == "dwell seconds" or "." in values[0]
-            self.dwell += float(values[0]) / (1 if in_seconds else 1000)
+            self.wait(seconds(meaning, values[0]))
         elif meaning.startswith("TCP "):
             self.vectors = meaning == "TCP on with vectors"
             self.at.change(tcp=meaning != "TCP off")
@@ -313,6 +310,12 @@ class Lines(Track):
             for value in values:
                 word = word.replace(value, "", 1)
             self.skipped[" ".join(word.split())] += 1
+
+    def wait(self, dwell: float) -> None:
+        """Wait so many seconds or, below 0, turns of the spindle."""
+        if dwell < 0 and not self.speed > 0:
+            raise self.error("a speed before a wait of turns of the spindle", "none")
+        self.dwell += dwell if dwell >= 0 else -60 * dwell / self.speed
 
     def load(self, name: str) -> None:
         """Take the length of another tool."""

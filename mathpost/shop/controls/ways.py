@@ -11,7 +11,7 @@ import numpy as np
 
 from mathpost.shop.controls import curves
 from mathpost.shop.controls.curves import PLANES
-from mathpost.shop.controls.lines import Drilling, Line
+from mathpost.shop.controls.lines import Drilling, Line, seconds
 
 LEAN = 0.05  # degrees, that a tool may be off the axis of a drilling cycle: printed digits of a plane
 
@@ -74,6 +74,7 @@ def holes(reader: Lines, place: np.ndarray, axis: int, heights: curves.Heights) 
     motion, reader.motion = reader.motion, "linear"
     reader.put(points[moved], Line(), np.array(rapid)[moved])
     reader.motion = motion
+    reader.wait(heights.dwell)
 
 
 def _refuse_tilted(reader: Lines, place: np.ndarray, axis: int) -> None:
@@ -104,7 +105,8 @@ def drill(reader: Lines) -> None:
         feed = abs(reader.defined["cycle pitch"]) * reader.speed
     slow = reader.defined.get("cycle feed out") in (0.0, feed)
     reader.feed = feed
-    holes(reader, reader.at.words, 2, curves.Heights(surface + clearance, surface + depth, leave, slow))
+    dwell = reader.defined.get("cycle dwell", 0.0)
+    holes(reader, reader.at.words, 2, curves.Heights(surface + clearance, surface + depth, leave, slow, dwell))
     reader.feed = before
 
 
@@ -121,7 +123,10 @@ def hole(reader: Lines, cycle: Drilling, line: Line) -> None:
     if reader.names[axis] in line.axes:
         bottom = line.axes.pop(reader.names[axis])[0] * reader.scale
         cycle.bottom = cycle.clearance + bottom if reader.incremental else bottom
-    line.used("axis ", "radius", "argument", "turns")  # how it pecks and dwells
+    for name, word in line.waiting.items():
+        if name == "turns" or name.startswith("argument P"):  # counted as behind G4
+            cycle.dwell = seconds(reader.control.read.get("G4 P{}", ""), word.removeprefix("P"))
+    line.used("axis ", "radius", "argument", "turns")  # how it pecks
     place = reader.target(line)
     leave = max(cycle.initial, cycle.clearance) if reader.leave == "initial" else cycle.clearance
-    holes(reader, place, axis, curves.Heights(cycle.clearance, cycle.bottom, leave, cycle.slow))
+    holes(reader, place, axis, curves.Heights(cycle.clearance, cycle.bottom, leave, cycle.slow, cycle.dwell))

@@ -27,6 +27,12 @@ def kind_of(hole: Hole) -> str:
     return OF_KINDS.get(hole.cycle.kind, "dwell" if hole.cycle.dwell else "drill")
 
 
+def _can_say(lines: tuple[str, ...], kind: str, cycle: Cycle) -> bool:
+    """Whether a control has a cycle of a kind, which waits at the bottom if it is to: else it is straight moves."""
+    waits = any(f"{{{name}" in line for line in lines for name in ("dwell", "milliseconds"))
+    return bool(lines) and (waits or not cycle.dwell or kind.startswith("tap"))
+
+
 def holes(draft: Draft) -> None:
     """Write the holes of a draft as cycles: each row of equal ones is begun once."""
     known = draft.options.control.cycles
@@ -38,7 +44,7 @@ def holes(draft: Draft) -> None:
         if not isinstance(piece, Hole):
             continue
         kind = kind_of(piece)
-        found = _rows(draft, piece) if kind in known.kinds else None
+        found = _rows(draft, piece) if _can_say(known.kinds.get(kind, ()), kind, piece.cycle) else None
         if found is None:
             continue
         first, last, comes = found
