@@ -1,8 +1,15 @@
-"""The site from a disk, without a network: links, search, keyboard, phone, paper, and what axe-core finds."""
+"""The site from a disk, without a network: lessons, links, search, keyboard, phone, paper, and what axe-core finds.
 
+One file, so that one process builds the pages once.
+"""
+
+import base64
+import json
 import re
 import sys
+from importlib import metadata
 from pathlib import Path
+from unittest.mock import Mock
 from urllib.parse import unquote
 
 import nbformat
@@ -11,11 +18,11 @@ from playwright.sync_api import expect
 
 from mathpost.detective.causes import CAUSES
 from mathpost.interface.shell.main import COMMANDS, main
-from mathpost.interface.site import commands, course_map, sources
+from mathpost.interface.site import commands, sources
 from mathpost.teaching.course.exercise import EXERCISES
-from tests.conftest import DATA, ROOT
+from tests.conftest import DATA, LESSONS, ROOT
 from tests.site.reader import Reader
-from tests.test_browser import lives, opened
+from tests.test_browser import LIVE, lives, opened, views_of
 
 KINDS = (  # a page of each
     "index.html", "lessons/index.html", "lessons/01_rotating_a_point.html", "machines/index.html",
@@ -36,6 +43,7 @@ FIRST = """() => {
     }
     axe.configure({ rules: [{ id: 'color-contrast', selector: '[data-first]' }] });
 }"""
+EMBEDDED = re.compile(r'src="data:image/png;base64,\s*([^"]+)"')
 HEAVY = re.compile(r" srcdoc='[^']*'|data:image/png;base64,[^\"]*")  # views are pages of their own
 
 
@@ -153,6 +161,81 @@ def test_paper_has_the_still_picture_of_a_view(offline, site):
     offline.emulate_media(media="screen")
 
 
+def pictures(notebook):
+    """The PNG of every output of a notebook, that of a moving view too, as bytes."""
+    for cell in notebook["cells"]:
+        for data in (output.get("data", {}) for output in cell.get("outputs", [])):
+            if "image/png" in data:
+                yield base64.b64decode("".join(data["image/png"]))
+            yield from map(base64.b64decode, EMBEDDED.findall("".join(data.get("text/html", ""))))
+
+
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
+def test_a_page_has_the_pictures_and_formulas_of_its_lesson_and_no_solutions(site, path):
+    page = (site / f"lessons/{path.stem}.html").read_text(encoding="utf-8")
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    drawn, read = set(pictures(notebook)), Reader(page)
+    files = [site / "lessons" / source for source in read.of("src") if "_images" in source]
+    assert drawn and drawn == {base64.b64decode(data) for data in EMBEDDED.findall(page)} | {
+        each.read_bytes() for each in files
+    }
+    assert all(len(text) > 5 for text in read.of("alt"))
+    outputs = [output.get("data", {}) for cell in notebook["cells"] for output in cell.get("outputs", [])]
+    assert page.count("<math") >= sum("text/latex" in data for data in outputs)
+    assert "exercise.solution" not in re.sub("<[^>]+>", "", page)
+    assert (site / f"lessons/{path.name}").read_bytes() == path.read_bytes()
+
+
+def test_published_pages_move_without_a_network(offline, site):
+    for name in LIVE:
+        offline.goto((site / f"lessons/{name}.html").as_uri())
+        assert "Write a guess in the place of None" not in offline.locator("body").inner_text()
+        offline.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+        cells = json.loads((ROOT / f"notebooks/{name}.ipynb").read_text(encoding="utf-8"))["cells"]
+        assert all(view.moves() for view in lives(offline, views_of(cells)))
+        formulas = offline.locator("math")
+        assert all(formulas.nth(n).bounding_box()["height"] > 5 for n in range(min(3, formulas.count())))
+        assert "\\frac" not in offline.locator("body").inner_text()
+    assert not offline.asked and not offline.errors
+
+
+def test_what_a_lesson_says_of_itself():
+    read = sources.read(ROOT / "notebooks/13b_compensation_and_drift.ipynb")
+    assert read.title.startswith("13b · Compensation and drift: how a program makes up for errors (")
+    assert read.needs == ["05_inverse_and_selection", "06_singular_region", "13_systematic_errors"]
+    assert (read.minutes, len(re.findall("^- ", read.goals, re.MULTILINE))) == ("60", 3)
+
+
+def test_a_picture_is_described_by_its_axes_and_names():
+    numbers = (
+        'picture with "X, mm", x "t"\n  Line2D "X" #7f7f7f: 200 points, at (-1, 2)\n  1 × Line2D #000000: 5 points'
+    )
+    shown = sources.described({"metadata": {"image/png": {"alt": numbers}}})
+    assert shown == 'picture with "X, mm", x "t"; it shows X'
+
+
+def test_a_lesson_opens_elsewhere_only_where_the_project_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(commands, "read", lambda folder: [])
+    nbformat.write(
+        nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell("# 01\n\ntext")]), tmp_path / "01.ipynb"
+    )
+
+    def head(*addresses):
+        monkeypatch.setattr(metadata, "metadata", lambda name: Mock(get_all=lambda *_: addresses))
+        made = next(text for name, text in sources.pages(tmp_path, tmp_path) if name == "lessons/01.ipynb")
+        return nbformat.reads(made, 4).cells[0].source
+
+    with_links = head("Homepage, https://example.org", "Repository, https://github.com/somebody/course/")
+    assert with_links.startswith("# 01\n\n<p") and with_links.endswith("text")
+    assert "https://colab.research.google.com/github/somebody/course/blob/main/notebooks/01.ipynb" in with_links
+    assert "https://mybinder.org/v2/gh/somebody/course/main?labpath=notebooks/01.ipynb" in with_links
+    assert "Colab" not in head() + head("Repository, https://example.org/course")
+
+
+def test_a_panel_of_the_workbench_leaves_its_sentence(site):
+    assert (site / "lessons/15_workbench.html").read_text(encoding="utf-8").count("it needs Python") == 7
+
+
 def test_every_command_has_an_example_that_runs_and_all_its_options(site):
     assert [name for name in COMMANDS if "example" not in commands.TOLD[name]] == ["site"], "these pages"
     for name in COMMANDS:
@@ -189,27 +272,21 @@ def test_the_reference_has_what_the_package_offers(site):
     assert "Returns" in (site / "reference/mathpost.kinematics.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    "line", ["from mathpost.nowhere import x", "from mathpost.no.where import x", "from . import x"]
-)
-def test_a_lesson_that_names_a_module_which_is_not_there_has_no_reference_of_it(line):
-    def read(*lines):
-        cells = [nbformat.v4.new_code_cell(each) for each in lines]
-        return sources.modules([sources.Lesson("a", nbformat.v4.new_notebook(cells=cells))])
-
-    assert read(line, "from mathpost.shop.plane import pose") == read("from mathpost.shop.plane import pose")
-
-
 def test_a_folder_without_notebooks_is_refused(tmp_path, capsys):
     assert main(["site", str(tmp_path), "-o", str(tmp_path / "html")]) == 2
     assert "expected a folder of notebooks" in capsys.readouterr().err
     assert not (tmp_path / "html").exists()
 
 
-def test_the_map_has_a_curve_for_each_need_and_none_for_others():
-    drawn = course_map.svg([("a", ()), ("b", ("a",)), ("c", ("a", "b", "elsewhere"))])
-    assert drawn.count("C") == 3 and drawn.count("h0") == 3
-    assert 'd="M30 5C' in drawn and "30 25" in drawn, "from the middle of the first row to that of the last"
+def test_the_map_has_a_curve_for_each_need(site):
+    page = (site / "lessons/index.html").read_text(encoding="utf-8")
+    drawn = page.partition("<svg aria-hidden")[2].partition("</svg>")[0]
+    lessons = [sources.read(path) for path in sorted((ROOT / "notebooks").glob("*.ipynb"))]
+    assert drawn.count("h0") == len(lessons) and drawn.count("C") == sum(len(each.needs) for each in lessons)
+    rows = [each.name for each in lessons]
+    for need, lesson in (("01_rotating_a_point", "02_euler_angles_and_frames"), ("04_transform_chain", "07_blade")):
+        start, end = (10 * rows.index(name) + 5 for name in (need, lesson))
+        assert re.search(rf'd="M30 {start}C[\d.]+ {start} [\d.]+ {end} 30 {end}"', drawn), "from row to row"
 
 
 def test_the_site_and_the_readme_have_the_same_lessons(site):

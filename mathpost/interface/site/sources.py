@@ -3,10 +3,9 @@
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import metadata
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from mathpost import machine_file
 from mathpost.detective.causes import CAUSES
 from mathpost.errors import InputError
 from mathpost.files import data_file, read_text, write_text
-from mathpost.interface.site import commands, course_map
+from mathpost.interface.site import commands
 from mathpost.kinematics import Kinematics
 from mathpost.teaching.course import machine_page, view_machine
 from mathpost.teaching.course.exercise import EXERCISES
@@ -77,14 +76,6 @@ def read(path: Path) -> Lesson:
         raise InputError(f"{path}", "a notebook", f"{error}".splitlines()[0]) from None
 
 
-def elsewhere(address: str, name: str) -> list[tuple[str, str]]:
-    """Return where a lesson can be run without installing, titles and addresses, if the project is on GitHub."""
-    _, found, project = address.rstrip("/").partition("://github.com/")
-    colab = f"https://colab.research.google.com/github/{project}/blob/main/notebooks/{name}.ipynb"
-    binder = f"https://mybinder.org/v2/gh/{project}/main?labpath=notebooks/{name}.ipynb"
-    return [("Open in Colab", colab), ("Open in Binder", binder)] if found else []
-
-
 def page(lesson: Lesson, head: str) -> NotebookNode:
     """Return a lesson as MyST-NB takes it: `head` under the title, solutions left out, hidden code folded."""
     made, views = nbformat.from_dict(lesson.notebook), 0
@@ -120,24 +111,6 @@ def described(output: dict) -> str:
     return "; ".join(panels) + (f"; it shows {', '.join(names)}" if names else "")
 
 
-def modules(lessons: Iterable[Lesson]) -> list[str]:
-    """Return the modules of the reference: where what `mathpost` offers is defined, and what lessons import."""
-    code = "\n".join(cell.source for each in lessons for cell in each.notebook.cells if cell.cell_type == "code")
-    found = {getattr(mathpost, name).__module__ for name in mathpost.__all__}
-    for module, names in re.findall(r"^from (mathpost[\w.]*) import \(?([\w, ]+)", code, re.MULTILINE):
-        inner = {f"{module}.{name.strip()}" for name in names.split(",")}
-        found |= {name for name in inner if _is_module(name)} or ({module} if _is_module(module) else set())
-    return sorted(found)
-
-
-def _is_module(name: str) -> bool:
-    """Whether there is a module of this name: a cell may name what does not exist."""
-    try:
-        return find_spec(name) is not None
-    except ModuleNotFoundError:
-        return False
-
-
 def pages(folder: Path, output: Path) -> Iterator[tuple[str, str]]:
     """Yield the names and the text of all that Sphinx reads."""
     lessons = [read(path) for path in sorted(folder.glob("*.ipynb"))]
@@ -157,8 +130,7 @@ def pages(folder: Path, output: Path) -> Iterator[tuple[str, str]]:
         "view": lambda kin: view_machine.machine(kin)._repr_html_(), "lite": (output / LITE).exists(),
         "causes": sorted(CAUSES.values(), key=lambda cause: -len(cause["seen"])),
         "slips": [(name.partition("-")[0], name, slip) for name in EXERCISES for slip in EXERCISES[name].slips],
-        "offered": {name: getattr(mathpost, name) for name in mathpost.__all__}, "modules": modules(lessons),
-        "chart": course_map.svg([(each.name, each.needs) for each in lessons]),
+        "offered": {name: getattr(mathpost, name) for name in mathpost.__all__}, "project": urls.get("Repository", "").rstrip("/").partition("://github.com/")[2],
     }  # fmt: skip
 
     def filled(template: str, **values: Any) -> str:
@@ -168,12 +140,11 @@ def pages(folder: Path, output: Path) -> Iterator[tuple[str, str]]:
     for name in ("lessons", "machines", "commands", "reference"):
         yield f"{name}/index.md", filled(name)
     for each in lessons:
-        head = filled("head", lesson=each, elsewhere=elsewhere(urls.get("Repository", ""), each.name))
-        yield f"lessons/{each.name}.ipynb", nbformat.writes(page(each, head))
+        yield f"lessons/{each.name}.ipynb", nbformat.writes(page(each, filled("head", lesson=each)))
     for name, kin in machines.items():
         yield f"machines/{name}.md", filled("machine", kin=kin)
     for command in shell:
-        yield f"commands/{command.name}.md", filled("command", command=command)
+        yield f"commands/{command['name']}.md", filled("command", command=command)
     for name, path in texts.items():
         text = re.sub(r"\]\(([^):/]+)\.ipynb\)", r"](lessons/\1.ipynb)", read_text(path))
         text = re.sub(r"\]\((?:\.\.?[\w.]*/)*(?:\w+/)*(\w+)\.md\)", lambda link: f"]({link[1].lower()}.md)", text)
