@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from mathpost.teaching.bounds import TooLarge, bounded
-from mathpost.teaching.workbook.meaning.given import QUATERNION
 from mathpost.teaching.workbook.meaning.recognise import Recognised
 from mathpost.teaching.workbook.meaning.typed_words import looked_at
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.meaning.words import Words
 from mathpost.teaching.workbook.report import (
     CONSEQUENCE,
@@ -105,7 +105,7 @@ def _checked(path: str | PathLike[str], task: Task) -> FileReport:
 def _graph(book: Book) -> Graph:
     """The graph of a workbook, without what is apart from all rotations if that is much; a quaternion turns too."""
     graph = Graph(book)
-    if not any(re.search(QUATERNION, str(cell.value), re.I) for cell in book.cells.values()):
+    if not any(re.search(wording("quaternion"), str(cell.value), re.I) for cell in book.cells.values()):
         graph.set_aside()
     return graph
 

@@ -32,7 +32,7 @@ class Judgement:
 class Fault:
     """A wrong cell: its address, the kind of slip, such as ``"sign"``, and a sentence in terms of the formula.
 
-    `values` has what belongs there, where that is known: place → value at the samples.
+    `values` has what belongs there, where that is known: place → value at the samples; `rule` says what was found.
     """
 
     cell: str
@@ -40,6 +40,7 @@ class Fault:
     message: str
     place: Place
     values: Values = field(default_factory=dict, compare=False, repr=False)
+    rule: str = field(default="", compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.cell}: {self.cause}: {self.message}"

@@ -59,5 +59,6 @@ def symbolic(path: str | PathLike[str], cells: str, symbols: Mapping[str, sp.Sym
     used = set().union(*(heads(graph.tree(place)) for place in needed - given.keys()))
     if other := sorted(used - EXACT.keys() - {"number", "text", "area"}):
         raise InputError(str(path), "functions with a sympy form", ", ".join(other))
-    entries = graph.look(area, graph.run(given, only=needed, functions=EXACT))[0]
+    graph.functions = EXACT
+    entries = graph.look(area, graph.run(given, only=needed))[0]
     return sp.Matrix(entries).applyfunc(lambda entry: sp.nsimplify(entry, rational=True))

@@ -15,7 +15,8 @@ from mathpost.teaching.workbook.meaning.calculation import LARGEST_RADIANS, Calc
 from mathpost.teaching.workbook.meaning.find_planes import by_words, computed_angles
 from mathpost.teaching.workbook.meaning.given import runs
 from mathpost.teaching.workbook.meaning.plane_angles import PLANE_WORDS
-from mathpost.teaching.workbook.meaning.texts import FIXED, SEQUENCE, TURNS
+from mathpost.teaching.workbook.meaning.texts import SEQUENCE, TURNS
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.edits import take_unrounded
 from mathpost.teaching.workbook.sheet.place import offset
 from mathpost.teaching.workbook.sheet.tree import parts_of
@@ -124,7 +125,7 @@ def _sequences(found: Recognised) -> tuple[str, str]:
         return found.sequence, found.sequence
     parts = found.text[: then[0]], found.text[then[0] :]
     one, other = (
-        name.lower() if re.search(FIXED, part, re.I) else name
+        name.lower() if re.search(wording("fixed axes"), part, re.I) else name
         for name, part in zip((first[1], then[1]), parts, strict=True)
     )
     return one, other

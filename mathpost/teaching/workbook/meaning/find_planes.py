@@ -15,7 +15,9 @@ import numpy as np
 
 from mathpost.teaching.workbook.meaning.label import read_label
 from mathpost.teaching.workbook.meaning.plane_angles import PLANE_WORDS, ROUNDED, Plane
-from mathpost.teaching.workbook.sheet.edits import INVERSE, TRIGONOMETRY, take_unrounded
+from mathpost.teaching.workbook.meaning.vocabulary import wording
+from mathpost.teaching.workbook.sheet.edits import INVERSE, TRIGONOMETRY
+from mathpost.teaching.workbook.sheet.place import offset
 from mathpost.teaching.workbook.sheet.samples import SAMPLES
 from mathpost.teaching.workbook.sheet.tree import CONVERSIONS, heads
 
@@ -26,58 +28,33 @@ if TYPE_CHECKING:
 
 LIKELY = 16  # readings of some angles that are looked at closely
 CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
-SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
-EULER = r"G68\.2|EULER|EULPR|欧拉|ZXZ"
-NORMAL = r"^z|normal|法"
-A_PLANE = rf"plane|ebene|[平斜]面|CYCLE ?800|{SPATIAL}|{EULER}"
+SPATIAL = rf"{wording('spatial angles')}|G68\.2 *P1"
+EULER = rf"{wording('euler angles')}|G68\.2"
+NORMAL = rf"{wording('normal')}|^z"
+A_PLANE = rf"{wording('plane')}|CYCLE ?800|{SPATIAL}|{EULER}"
 NAMED = (*PLANE_WORDS, ("a", "b", "c"))
-Best = tuple[tuple[int, int, int], Plane | None]  # how well a reading fits, as of `_fits`, and the reading
 
 
 def find_planes(found: Recognised) -> Iterator[Plane]:
     """Yield the `Plane`s of a `Recognised` workbook: angles in line by inverse functions, from directions.
 
-    Two angles of one direction are a plane's if a text says so, or names axes: else they may be a machine's words.
+    A text says that it is a plane, or names axes: else they may be a machine's words.
     """
     graph = found.graph
+    if found.by == "source 000" and not re.search(A_PLANE, found.text, re.I):
+        return
     taken: set[Place] = set()
     angles = computed_angles(
         graph, graph.downstream(p for p, t in graph.trees.items() if heads(t) & TRIGONOMETRY.keys())
     )
-    is_said = found.by != "source 000" or re.search(A_PLANE, found.text, re.I)
-    sizes = (3, 2) if is_said else (3,)
-    for step in (1, 2, 3, 4):
-        planes, left = {}, angles - taken
-        sure: set[Place] = set()
-        for size, place, (down, right), k in product(sizes, found.sorted(left), ((step, 0), (0, step)), range(3)):
-            line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
-            others = [p for p in line if p not in angles]
-            if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
+    for step, size in product((1, 2, 3, 4), (3, 2)):
+        for place, (down, right) in product(found.sorted(angles), ((step, 0), (0, step))):
+            line = tuple(offset(place, n * down, n * right) for n in range(size))
+            if not (angles - taken).issuperset(line) or _is_of_a_table(graph, line, 1 if down else 2):
                 continue
-            if _is_of_a_table(graph, line, 1 if down else 2):
-                continue
-            if line in planes or place not in line or not (taken | sure).isdisjoint(line) or len(others) > size - 2:
-                continue
-            if all(_is_given(found, p, angles) for p in others):
-                planes[line] = (_, right, many), _ = _best(found, line, others)
-                sure.update(line if right == many == 3 else ())  # of which two are none
-        for line, plane in _likeliest_first(graph, planes):
-            if plane and taken.isdisjoint(line):
+            if plane := _best(found, line):
                 taken.update(line)
-                take_unrounded(graph, plane.results)
                 yield plane
-
-
-def _likeliest_first(graph: Graph, planes: dict[Line, Best]) -> list[tuple[Line, Plane | None]]:
-    """Lines and their planes: those that are right first, but for two angles of three that may be a plane."""
-    wholes = [{*line} for line, (_, plane) in planes.items() if plane and len(line) == 3]
-
-    def rank(line: Line) -> tuple:
-        fits = planes[line][0]
-        is_sure = fits[1] == fits[2] and not any(whole > {*line} for whole in wholes)
-        return not is_sure, *(-n for n in fits), graph.reading_order(line[0])
-
-    return [(line, planes[line][1]) for line in sorted(planes, key=rank)]
 
 
 def computed_angles(graph: Graph, others: Iterable[Place] = ()) -> set[Place]:
@@ -92,15 +69,6 @@ def computed_angles(graph: Graph, others: Iterable[Place] = ()) -> set[Place]:
     return angles - converted
 
 
-def _origin(graph: Graph, place: Place) -> Place:
-    """The cell from which an angle is only taken over, converted or negated."""
-    while len(graph.uses.get(place, ())) == 1 and not (
-        place in graph.circular or heads(graph.trees[place]) & INVERSE
-    ):
-        (place,) = graph.uses[place]
-    return place
-
-
 def _is_of_a_table(graph: Graph, line: Collection[Place], along: int) -> bool:
     """Whether each of some angles is calculated, like the next, from its own row, or its column for `along` 2."""
     leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in line}
@@ -108,55 +76,31 @@ def _is_of_a_table(graph: Graph, line: Collection[Place], along: int) -> bool:
     return own and (len({*map(graph.form, line)}) == 1 or all(len(found) > 1 for found in leaves.values()))
 
 
-def _is_given(found: Recognised, place: Place, angles: set[Place]) -> bool:
-    """Whether an angle is typed, or taken over from where it is."""
+def _best(found: Recognised, line: Line) -> Plane | None:
+    """The best reading of two or three cells as the angles of a plane; None if they are none."""
     graph = found.graph
-    up = graph.upstream([place])
-    functions = {head for p in up & graph.trees.keys() for head in heads(graph.trees[p]) if head.isupper()}
-    typed = {p for p in up - graph.trees.keys() if p in found.typed}
-    return functions <= CONVERTING and len(typed) == 1 and up.isdisjoint(angles)
-
-
-def _best(found: Recognised, line: Line, others: Collection[Place]) -> Best:
-    """How good the best reading of two or three cells is, and the `Plane`; None if they are none."""
-    graph = found.graph
-    used = graph.upstream(line) & found.typed - graph.trees.keys() - graph.upstream(others)
+    used = graph.upstream(line) & found.typed - graph.trees.keys()
     used = {p for p in used if (np.abs(graph.own[p] - CONVERSIONS) > 1e-4 * CONVERSIONS).all()}
     line = by_words(found, line)
-    calculated = tuple(p for p in line if p not in others)
-    third = found.sorted(graph.upstream(others) & found.typed)
-    # An angle that is 0, or that a cell elsewhere holds, is given; another number may be typed over a formula.
-    given = [p for p in others if p in graph.trees or graph.own[p] == 0]
-    judged = [line] * (not given) + [calculated] * (len(line) == 3 > len(calculated) and line[2] in others)
-    beyond_a_turn = sum(abs(graph.number(p)) > 2 * np.pi for p in calculated)
+    beyond_a_turn = sum(abs(graph.number(p)) > 2 * np.pi for p in line)
     units = (True,) if beyond_a_turn > 1 else (True, False)  # no inverse function gives these in radians
     readings = []
-    for along, sequence, results in product((1, 2), _sequences(found), judged):
-        ways = chain(*(_readings(found, v) for v in _directions(found, used, set(line), along)))
-        for directions in (way for way in ways if not (others and "projected" in way)):
-            for degrees in units:
-                plane = Plane(
-                    results,
-                    third if len(results) < 3 else (),
-                    line=line,
-                    sequence=sequence,
-                    degrees=degrees,
-                    **directions,
-                )
-                if plane.is_possible() and any(fits := _fits(graph, plane)):
-                    readings.append((fits, plane))
+    for along, sequence, degrees in product((1, 2), _sequences(found), units):
+        for directions in chain(*(_readings(found, v) for v in _directions(found, used, along))):
+            plane = Plane(line, sequence=sequence, degrees=degrees, **directions)
+            if plane.is_possible() and any(fits := _fits(graph, plane)):
+                readings.append((fits, plane))
     readings.sort(key=lambda reading: reading[0], reverse=True)
     drawn = []
     for _, plane in readings[:LIKELY]:
         drawn.append((_fits(graph, plane, drawn=True), plane))
-        if drawn[0][0][1] == len(plane.results):  # not by luck
+        if drawn[0][0][1] == len(line):  # not by luck
             break
-    best = max(drawn, key=lambda reading: reading[0], default=((0, 0, 0), None))
-    best = best if best[0][0] else ((0, 0, 0), None)
-    if best[1]:
-        sequence = best[1].sequence
-        known = {"xyz": "PLANE SPATIAL: angles about X, Y, Z"}
-        best[1].said = known.get(sequence, f"{sequence} angles of a tilted plane")
+    (count, *_), best = max(drawn, key=lambda reading: reading[0], default=((0, 0, 0), None))
+    if not count or best is None:
+        return None
+    known = {"xyz": "PLANE SPATIAL: angles about X, Y, Z"}
+    best.said = known.get(best.sequence, f"{best.sequence} angles of a tilted plane")
     return best
 
 
@@ -173,7 +117,6 @@ def _readings(found: Recognised, vectors: Sequence[Line]) -> Iterator[dict[str, 
     """Yield which of some directions, or points, may be what."""
     if len(vectors) == 1:
         yield {"z": vectors[0]}
-        yield {"z": vectors[0], "projected": True}
     normals = [v for v in vectors if re.search(NORMAL, found.label(v[0]), re.I)]
     for order in (*permutations(vectors), *permutations(vectors[:2])) if len(vectors) > 1 else ():
         x, *y, z = order
@@ -182,7 +125,7 @@ def _readings(found: Recognised, vectors: Sequence[Line]) -> Iterator[dict[str, 
         yield {"corner": y[0] if y else (), "x": x, "y": z}
 
 
-def _directions(found: Recognised, used: set[Place], line: set[Place], along: int) -> Iterator[list[Line]]:
+def _directions(found: Recognised, used: set[Place], along: int) -> Iterator[list[Line]]:
     """Yield up to three triples of typed numbers, in rows or in columns, that have those `used`."""
     triples = [each for each in found.lines(used, 1) if each[0][along] != each[1][along]]
     vectors: list[Line] = []
@@ -193,13 +136,6 @@ def _directions(found: Recognised, used: set[Place], line: set[Place], along: in
     for several in (vectors, *([each] for each in triples[1:])):
         if len(used.difference(*several)) <= 1:  # one cell may be used by mistake
             yield several
-    if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest that is not turned by the angles
-        (first,), turned = vectors, found.graph.downstream(line)
-        others = [each for each in found.all_lines if line.isdisjoint(each) and each[0][along] != each[1][along]]
-        others = [each for each in others if set(each).isdisjoint(first) and each[0][0] == first[0][0]]
-        others = [each for each in others if turned.isdisjoint(found.graph.downstream(each))]
-        others.sort(key=lambda each: abs(each[0][1] - first[0][1]) + abs(each[0][2] - first[0][2]))
-        yield vectors + others[:1]
 
 
 def _fits(graph: Graph, plane: Plane, drawn: bool = False) -> tuple[int, int, int]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from functools import cached_property
 from itertools import product, takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.label import read_label
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.edits import TRIGONOMETRY
 from mathpost.teaching.workbook.sheet.place import beside, offset
 from mathpost.teaching.workbook.sheet.tree import CONVERSIONS, areas, heads, parts_of
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.graph import Graph
     from mathpost.teaching.workbook.sheet.place import Line, Place
 
-QUATERNION = "quaternion|四元数"
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND", "ATAN"}  # 4·ATAN(1) is π
 
 
@@ -164,7 +163,7 @@ class Given:
             partners = {s for user in users for s in graph.uses[user]} - {place}
             found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
         given = self.typed & graph.used.keys() - self.turning - found
-        quaternions = re.search(QUATERNION, self.text, re.I)
+        quaternions = re.search(wording("quaternion"), self.text, re.I)
         for place, (down, right) in product(self.sorted(given), ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
             line = [offset(place, n * down, n * right) for n in range(-1, 5)]
             if [p in given for p in line] == [False, True, True, True, True, False]:
@@ -183,8 +182,6 @@ class Given:
 
     def _in_typed_line(self, place: Place, whole: Line) -> bool:
         """Whether a typed number among formulas is given, not typed over one: three of its kind are in line."""
-        if self._is_of_a_point(place):
-            return True
         for n in (1, 2):  # three rows or columns side by side hold numbers only, as those of points
             at = place[1:][n - 1]
             lines = {p[n] for p in whole} - {p[n] for p in whole if p not in self.typed}
@@ -209,19 +206,6 @@ class Given:
                 return False
         return place in self.turning
 
-    def _is_of_a_point(self, place: Place) -> bool:
-        """Whether x, y and z label a typed number and two others of its row or column."""
-        if self._coordinate_beside(place) is None:
-            return False
-        lines = ([p for p in self.typed if (p[0], p[n]) == (place[0], place[n])] for n in (1, 2))
-        return any({*map(self._coordinate_beside, line)} >= {(0,), (1,), (2,)} for line in lines)
-
-    def _coordinate_beside(self, place: Place) -> tuple[int, ...] | None:
-        """Which coordinate of a point the text to the left of a cell, or above it, says."""
-        near = (self.graph.cells.get(offset(place, *step)) for step in ((0, -1), (-1, 0)))
-        roles = (read_label(cell.value) for cell in near if cell and isinstance(cell.value, str))
-        return next((role.word for role in roles if role and role.kind == "coordinate"), None)
-
     def lines(self, cells: Collection[Place], least: int) -> list[Line]:
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
         found, steps = {}, [way for step in range(1, 11) for way in ((step, 0), (0, step))]
@@ -237,11 +221,6 @@ class Given:
                 ends = map(self.graph.reading_order, (triple[0], triple[-1]))
                 found[triple] = (-count, down + right, *ends)  # in rows first, whatever the order of sets
         return sorted(found, key=lambda triple: found[triple])
-
-    @cached_property
-    def all_lines(self) -> list[Line]:
-        """Triples of evenly spaced typed cells."""
-        return self.lines(self.typed, 3)
 
     def label(self, place: Place) -> str:
         """The text to the left of a cell or above it, the first that names something; empty if there is none."""

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.detective.positions import explain_linear
 from mathpost.teaching.workbook.meaning.label import IN_RADIANS
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.place import Line, Place
 
 if TYPE_CHECKING:
@@ -23,13 +23,10 @@ if TYPE_CHECKING:
 CLOSE = 0.1  # degrees, mm: close enough to tell a heading; whether a word is right is judged elsewhere
 MOST = 24  # rows that are looked at
 MOST_ORDERS = 200  # of columns that have the same letters
-TOLD = 2  # decimals of a mm that tell a cause
 PLAIN, AMONG_OTHERS = 2, 1  # whether a heading is a letter, or has one
-MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
-OF_CL = re.compile(r"(?<![a-z])(?:cl|apt|tip|part|workpiece|wcs|werkstück)(?![a-z])|刀位|刀尖")
-OF_AXIS = re.compile(
-    r"tool.?axis|werkzeugachse|刀轴|normal|ve[ck]tor|矢量|direction|richtung|orient|^[nv]_?[xyz]$|^(?:ax|axis)_?[xyz]$"
-)
+MACHINE = re.compile(rf"{wording('machine')}|^[xyzabc]m$")
+OF_CL = re.compile(wording("workpiece"))
+OF_AXIS = re.compile(rf"{wording('tool axis')}|^(?:[nv]|ax|axis)_?[xyz]$")
 SAID = {"linear": MACHINE, "tip": OF_CL, "axis": OF_AXIS}
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
 
@@ -202,21 +199,11 @@ class Headed:
                 text = "the headings say that this is the tip, and that the tip is X Y Z: exchanged"
             names = [_name(meant[n]) for n in off if meant[n][0] == "linear"]
             are_off = f"{' '.join(names)} {'is' if len(names) == 1 else 'are'} off in every row"
-            text += f", or {self._cause(order) or are_off}"
+            text += f", or {are_off}"
         first = columns[off[0]]
         words = [columns[n].places[0] for n in other[-2 if self.alone else -5 :]]
         made = [p for p in words if first.places[0] in self.graph.upstream([p])] if first.typed else []
         self.exchanged = (made or [first.places[0]])[0], text
-
-    def _cause(self, order: Order) -> str:
-        """What else makes X Y Z of the tip, with the columns as they are named: no number can tell."""
-        values = np.array([self.columns[n].values[self.sample] for n in order]).T
-        whole = np.isfinite(values).all(axis=1)
-        degrees = values[whole, -2:] * [self.columns[n].unit for n in order[-2:]]
-        tip, linear = values[whole, :3], values[whole, 6:9]
-        found = explain_linear(self.kinematics, tip, degrees, linear, decimals=TOLD, together=1)
-        single = [each.sentence for each in found.misreadings if found.explained and len(each.kinds) == 1]
-        return next(iter(single), "")
 
     def _right(self, orders: np.ndarray, headed: Order | None = None) -> np.ndarray:
         """The share of rows whose words put the tool where they say, with the columns in each order, shape (n,).

@@ -10,9 +10,9 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
-UNIT_WORDS = {"=", ":", "°", "deg", "degree", "degrees", "度", "mm", "rad", "弧度", "->", "→", "："}
-IN_RADIANS = r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度|bogenma"
-IN_DEGREES = r"(?<![a-z])(?:deg|grad(?![a-z]))|°|(?<![弧梯])度"
+from mathpost.teaching.workbook.meaning.vocabulary import wording
+
+IN_RADIANS = wording("radians")
 SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters for their names
     ("[′’‘`´ʹ＇]", "'"),
     ("[−–—‐]|负|minus|negative|neg(?=_)", "-"),

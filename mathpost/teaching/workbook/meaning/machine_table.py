@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.headings import Column, Headed, column
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.place import Line, Place, beside, number_along
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.graph import Graph
 
 SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns than these are no such table
-STATISTIC = re.compile("(?:min|max|mean|average|sum|total|mittel|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I)
+STATISTIC = re.compile(rf"{wording('statistic')}[ .:=]*", re.I)
 Ends = tuple[Place, Place]  # of a row or a column
 
 

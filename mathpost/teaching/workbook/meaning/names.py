@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING
 
 from mathpost.teaching.workbook.meaning.label import plain, read_label
 from mathpost.teaching.workbook.meaning.vectors import Vectors
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.place import offset
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.place import Line, Place
 
-AXIS_NAMES = {"X": r"roll|滚|\br_?x\b", "Y": r"pitch|nick|俯仰|\br_?y\b", "Z": r"yaw|heading|gier|偏航|\br_?z\b"}
+AXIS_NAMES = {
+    axis: rf"{wording(name)}|\br_?{axis}\b" for axis, name in (("X", "roll"), ("Y", "pitch"), ("Z", "yaw"))
+}
 
 
 class Names(Vectors):
@@ -60,11 +63,6 @@ class Names(Vectors):
         said = [self.coordinate(p, kinds) for p in cells]
         named = sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3
         return tuple(cells[said.index((n,))] for n in range(3)) if named else cells
-
-    def angle_said(self, place: Place) -> int | None:
-        """Which angle the text before a cell names; None if it names none, or several."""
-        letters = {*re.findall("[αβγ]|alpha|beta|gamma", self.label(place).lower())}
-        return ("α", "β", "γ", "alpha", "beta", "gamma").index(*letters) % 3 if len(letters) == 1 else None
 
     def three(self, cells: Line) -> Line | None:
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""

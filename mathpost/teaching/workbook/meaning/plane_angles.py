@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost import euler
-from mathpost.detective.misreadings import elementary
 from mathpost.teaching.workbook.meaning.calculation import Calculation, look, nearest
 from mathpost.teaching.workbook.sheet.samples import SAMPLES
 
@@ -24,31 +23,23 @@ PLANE_WORDS = {("i", "j", "k"): "ZXZ", ("eulpr", "eulnu", "eulrot"): "ZXZ", ("sp
 class Plane(Calculation):
     """The angles of a tilted plane: G68.2, PLANE EULER, PLANE SPATIAL, CYCLE800.
 
-    `line` are all three in sequence, or the first two. `results` are those to be judged: of a plane that is known
-    by its normal only, the third is given, by a cell in `angles`, or 0. `x`, `y`, `z` are directions of its axes,
-    of which some are given; `corner` is the point from which `x` and `y` are measured where these are points. With
-    `projected` the plane's X is that of the workpiece, projected into the plane.
+    `results` are all three in sequence, or the first two of a plane that is known by its normal only. `x`, `y`, `z`
+    are directions of its axes, of which some are given; `corner` is the point from which `x` and `y` are measured
+    where these are points.
     """
 
-    line: Line = ()
     sequence: str = "ZXZ"
     degrees: bool = True
     x: Line = ()
     y: Line = ()
     z: Line = ()
     corner: Line = ()
-    projected: bool = False
     frame: np.ndarray | None = None  # X, Y, Z in columns, shape (samples, 3, 3), once prepared from two directions
 
     @property
     def given(self) -> Line:
         """All inputs."""
-        return (*self.angles, *self.x, *self.y, *self.z, *self.corner)
-
-    @property
-    def read(self) -> Line:
-        """All places of which `prepare` needs the values."""
-        return (*self.given, *self.line)
+        return (*self.x, *self.y, *self.z, *self.corner)
 
     @property
     def periods(self) -> dict[Place, float]:
@@ -58,7 +49,7 @@ class Plane(Calculation):
     def is_possible(self) -> bool:
         """Whether the angles follow: from two directions, or from a normal but for the angle about it."""
         about_it = self.sequence[2] == "Z" or (self.sequence.islower() and self.sequence[0] != "z")
-        return bool(self.x) or self.projected if len(self.results) == 3 else about_it
+        return bool(self.x) if len(self.results) == 3 else about_it
 
     def draw(self, rng: np.random.Generator, units: dict[Place, float]) -> Values:
         """Place → samples: of frames at random, or of two directions or three points where these make the frame."""
@@ -97,44 +88,35 @@ class Plane(Calculation):
 
     def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute the angles at the samples in `values`; of the two solutions the one that the sheet has."""
-        turn, index = 180 / np.pi if self.degrees else 1.0, [self.line.index(p) for p in self.results]
+        turn = 180 / np.pi if self.degrees else 1.0
         corner = look(values, self.corner) if self.corner else 0.0
         x, y = (look(values, places) - corner if places else np.zeros((SAMPLES, 3)) for places in (self.x, self.y))
-        x = x + np.eye(3)[0] * self.projected
         across = look(values, self.z) if self.z else np.cross(x, y)
-        now = look(values, self.line)
-        now = np.pad(now, ((0, 0), (0, 3 - len(self.line))))
-        with_x = len(self.results) == len(self.line) == 3
-        if with_x:
+        now = look(values, self.results)
+        is_whole = len(self.results) == 3
+        if is_whole:
             frame = self.frame = _frame(x, across)
         else:
             frame = (across / np.linalg.norm(across, axis=-1, keepdims=True))[..., None]
         lost = ~np.isfinite(frame).all(axis=(1, 2))  # directions that are 0 or parallel make no frame
         frame[lost] = np.eye(3)[:, -frame.shape[-1] :]
-        if with_x:
+        if is_whole:
             first = euler.angles(self.sequence, frame)
             both = np.stack([first, euler.twin(self.sequence, first)], axis=1)
         else:
-            both = _from_normal(self.sequence, frame[..., 0], now[:, 2] / turn)
-        both = both[..., index] * turn
-        expected, votes = nearest(now[:, index], both, self.degrees)
+            both = _from_normal(self.sequence, frame[..., 0])
+        both = both * turn
+        expected, votes = nearest(now, both, self.degrees)
         if 2 * max(votes) < expected.size:  # one angle that a slip turns round says nothing
-            expected, _ = nearest(now[:, index], both[:, [0, 0]], self.degrees)
-        made = euler.matrix(self.sequence, np.nan_to_num(now) / turn)[..., -frame.shape[-1] :]
+            expected, _ = nearest(now, both[:, [0, 0]], self.degrees)
+        turned = np.pad(np.nan_to_num(now), ((0, 0), (0, 3 - len(self.results))))
+        made = euler.matrix(self.sequence, turned / turn)[..., -frame.shape[-1] :]
         fits = np.isfinite(now).all(axis=1) & (np.abs(made - frame).max(axis=(1, 2)) < 1e-9)
-        expected = np.where(fits[:, None], now[:, index], expected)  # where first and last axis are parallel
+        expected = np.where(fits[:, None], now, expected)  # where first and last axis are parallel
         expected[lost] = np.nan
         self.radians = expected / turn
         self.should_be(self.results, expected.T)
-        third = look(values, self.angles)[..., :1] if self.angles else np.zeros((SAMPLES, 1))
-        turns = [
-            np.rad2deg(third),
-            np.deg2rad(third),
-            self.radians,
-            np.rad2deg(self.radians),
-            np.cos(self.radians),
-            np.sin(self.radians),
-        ]
+        turns = [self.radians, np.rad2deg(self.radians), np.cos(self.radians), np.sin(self.radians)]
         vectors = [*_on_the_way(x, y, across), *np.moveaxis(frame, -1, 0)]
         numbers = [_dot(a, b) for a, b in ((x, across), (x, _unit(across)), (across, across), (y, _unit(x)))]
         lengths = [np.linalg.norm(vector, axis=-1, keepdims=True) for vector in vectors]
@@ -164,15 +146,9 @@ def _frame(x: np.ndarray, z: np.ndarray) -> np.ndarray:
     return columns / np.linalg.norm(columns, axis=-2, keepdims=True)
 
 
-def _from_normal(sequence: str, normal: np.ndarray, third: np.ndarray) -> np.ndarray:
-    """Both solutions of the first two angles, as written, that make a Z of `normal`, shape (samples, 2, 3).
-
-    About turned axes of which the last is Z the third angle changes nothing; about fixed axes it comes last.
-    """
-    letters = sequence.upper() if sequence.isupper() else sequence[1::-1].upper() + "Z"
-    if sequence.islower():  # undo the last turn: what is left are two about turned axes
-        normal = (elementary(sequence[2].upper(), third) @ normal[..., None])[..., 0]
+def _from_normal(sequence: str, normal: np.ndarray) -> np.ndarray:
+    """Both solutions of the first two angles, as written, that make a Z of `normal`, shape (samples, 2, 2)."""
+    letters = sequence if sequence.isupper() else sequence[1::-1].upper() + "Z"
     first = euler.from_direction(letters, normal)
     both = np.stack([first, euler.twin(letters, first)], axis=1)[..., :2]
-    both = both if sequence.isupper() else both[..., ::-1]
-    return np.concatenate([both, np.broadcast_to(third[:, None, None], (*both.shape[:2], 1))], axis=-1)
+    return both if sequence.isupper() else both[..., ::-1]

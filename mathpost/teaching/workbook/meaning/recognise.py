@@ -14,10 +14,10 @@ from mathpost import euler
 from mathpost.teaching.workbook.meaning.calculation import Calculation, Turn
 from mathpost.teaching.workbook.meaning.conversion import find_conversions, find_quaternions
 from mathpost.teaching.workbook.meaning.find_planes import find_planes
-from mathpost.teaching.workbook.meaning.given import QUATERNION
 from mathpost.teaching.workbook.meaning.rows import rows_alike
 from mathpost.teaching.workbook.meaning.texts import FOREIGN, PASSIVE, SAID_ACTIVE, reading
 from mathpost.teaching.workbook.meaning.turns import Turns
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.meaning.words import rows_of
 from mathpost.teaching.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.teaching.workbook.sheet.neighbours import filled
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.task import Task
 
 SMALL = 1e-6  # a slope that is none
-MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 
 
 class Recognised(Turns):
@@ -86,12 +85,12 @@ class Recognised(Turns):
             into = [{*c.angles} for c in conversions if c.sequence != c.into]  # what turns by these is on the way
             turns = [c for c in self.calculations if c.point or {*c.angles} not in into]
             self.calculations = [*turns, *conversions]
-            if re.search(QUATERNION, self.text, re.I):
+            if re.search(wording("quaternion"), self.text, re.I):
                 for calculation in find_quaternions(self):
                     self._tell(calculation, self.calculations)
         if not any(heads(tree) & INVERSE_FUNCTIONS for tree in graph.trees.values()):
             self.problems += unsure
-        made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
+        made = self.composed & graph.upstream(p for plane in self.planes for p in plane.results)
         self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
 
     def _find_calculations(self) -> None:
@@ -141,7 +140,9 @@ class Recognised(Turns):
         of_rows = all(own) and not any(a & b for a, b in combinations(own, 2))
         turned &= not (of_rows and all(filled(graph, triple[0], p) == graph.tree(p) for p in triple[1:]))
         of_signs = all(t[0] == "area" or (t[0] == "minus" and t[1][0] == "area") for t in trees)
-        mirrored = {t[0] for t in trees} == {"minus", "area"} or re.search(MIRRORED, self.heading(triple), re.I)
+        mirrored = {t[0] for t in trees} == {"minus", "area"} or re.search(
+            wording("mirrored"), self.heading(triple), re.I
+        )
         of_signs &= bool(mirrored)  # a mirrored copy, or one that has lost its minus
         return turned and not (difference or of_signs)
 
@@ -149,13 +150,13 @@ class Recognised(Turns):
         """Take the matrices that no other follows from as results, of a sheet that turns no point."""
         graph, most = self.graph, max((len(self._of(w, self.angles)) for w in self.windows), default=0)
         for window in self.windows:
-            plane = next((p for p in self.planes if graph.upstream(p.line) & self.turned_by(window)), None)
+            plane = next((p for p in self.planes if graph.upstream(p.results) & self.turned_by(window)), None)
             own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
             if not all(after.isdisjoint(w) for w in self.windows if w != window):
                 continue
             axis = self._quaternion_of(own, window[0])
             if plane:
-                self._tell(Turn(window, self._angles_of(plane)), self.calculations, plane)
+                self._tell(Turn(window, self._angles_of(plane, window)), self.calculations, plane)
             elif axis:
                 self._tell(Turn(window, (), axis=axis), self.calculations)
             elif len(own) == most > 0 and (angles := self.three(own)):

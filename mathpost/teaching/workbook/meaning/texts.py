@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from mathpost import euler
 from mathpost.teaching.workbook.meaning.label import plain
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.task import Task
@@ -17,59 +18,36 @@ SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['�
 PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XYZ])(?:['’′]{2}|[\"”″])", re.I)
 WXYZ = r"\bw[, ]*x[, ]*y[, ]*z\b|\bx[, ]*y[, ]*z[, ]*w\b"  # the parts of a quaternion
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
-TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
-TURNS += r"|quaternion|四元数|\br_?[xyz]\b"
-OF_THE = r"(?:\s|\(|the|its|die|der|den|l'axe|new|neue\w?|新的?|fixed|machine|fixe|(?:raum)?feste\w?|固定的?|轴)*"
-ONE_AXIS = rf"(?:about|around|\bum|autour de|绕){OF_THE}([xyz])(?![a-z])"
-AXIS_OR_THEN = re.compile(
-    r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|second|third|zweit|dritt|再|然后|接着|第[二三])", re.I
-)
+TURNS = rf"{wording('turning')}|\br_?[xyz]\b"
+ONE_AXIS = rf"{wording('about')}(?:\s|\(|{wording('the')})*([xyz])(?![a-z])"
+AXIS_OR_THEN = re.compile(rf"(?<![a-z])([xyz])(?![a-z])|({wording('then')})", re.I)
 FACTOR = r"\bR_?([xyz123])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN, PAIR = (re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * n), re.I) for n in (3, 2))
 SPACED = re.compile("[=+] *" + " ".join([FACTOR] * 3), re.I)
 # p′ᵀ = pᵀ·Rᵀ for rows is the same as p′ = R·p for columns.
 BOTH_SIDES = r"\b([prvx])['’′]?(?:ᵀ|\^T) *= *\1(?:ᵀ|\^T) ?[·*×]? ?\w+(?:ᵀ|\^T)"
-ROWS = r"\brow vector|zeilenvektor|vecteurs?[ -]ligne|行向量|\brows?\b[^.;,\n]{0,15}[·*×]"
-YAW, PITCH, ROLL = (
-    r"(?:yaw|heading|gier\w*|lacet|偏航)",
-    r"(?:pitch|nick\w*|tangage|俯仰)",
-    r"(?:roll|roulis|滚转|横滚)",
-)
-YAW_PITCH_ROLL = rf"{YAW}\W+{PITCH}\W+{ROLL}"
-ORIGIN = r"origin|ursprung|nullpunkt|原点|\bp_?0\b"
-CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
+ROWS = rf"{wording('row vector')}|\brows?\b[^.;,\n]{{0,15}}[·*×]"
+YAW_PITCH_ROLL = r"\w*\W+".join(wording(each) for each in ("yaw", "pitch", "roll"))
+ORIGIN, CENTRE = rf"{wording('origin')}|\bp_?0\b", wording("centre")  # what is taken off before it
 NUMBERS = str.maketrans("123", "XYZ")
-UNDONE = r"\^-1|⁻¹|ᵀ|\^t\b|invers|transp|rück"
-FIXED = (
-    r"fixed[ -](?:ax[ei]s\b|[xyz]\b)|axes (?:are |stay )?fixed|extrins|static axes"
-    r"|raumfest|feste[nr]? achsen|axes? fixes?"
-)
-FIXED += r"|固定(坐标)?轴|外旋"
-TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
-ABOUT_NEW = r"intrins|(?:about|um) (?:the|its|die) (?:new|turned|neue\w?) ?[xyz]|内旋|动轴|绕新的?[xyz]"
-OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵|[xyz]\())"  # active matrices may make a passive rotation
-SAID_ACTIVE = r"\b(?:acti(?:ve(?:ly|s)?|v[ao]s?|f)|aktiv(?:e[nrs]?)?|attiv[aeo]|ativ[ao]s?|aktif)\b|主动(?![轴轮])"
-SAID_ACTIVE = rf"(?:{SAID_ACTIVE}|points? (?:are |is )?moved)"
+UNDONE = rf"\^-1|⁻¹|ᵀ|\^t\b|{wording('undone')}"
+OF_MATRICES = rf"(?!\w*\s*\w*(?:{wording('matrix')}|[xyz]\())"  # active matrices may make a passive rotation
+SAID_ACTIVE = wording("active") + "(?![轴轮])"
 ACTIVE = SAID_ACTIVE + OF_MATRICES
 # T·R·p and p₀ + R·p, which take a point from its frame to another one.
 ACTIVE += r"|\bT(?:rans(?:\([^)]*\))?)?\W?[*·×]\s*R|\b(?:o|t|p_?0|origin|nullpunkt|ursprung)\s*\+\s*\(?R"
 ACTIVE += r"|(?P<c>\b\w+)\s*\+\s*R[\s·*×]*\(\w+ *[-–−] *(?P=c)\)"  # a point that turns about a centre
-PASSIVE = rf"(?:pass?iv|被动){OF_MATRICES}|in(?:to)? the (?:turned|rotated|new) frame"
-PASSIVE += r"|im (?:gedrehten|neuen) \w*system|dans le repère (?:tourné|mobile)"
+PASSIVE = rf"{wording('passive')}\w*{OF_MATRICES}|{wording('turned frame')}"
 SPANISH = r"el|en|los|las|con|del|por|para|una|sistema|il|gli|della|nel|em|com|não"  # and Italian, Portuguese
 FOREIGN = rf"[ぁ-ヿ가-힣]|[\u0400-\u04ff]{{3}}|(?:\b(?:{SPANISH})\b.*){{2}}"
-CONVENTION = r"[ck]onvention|约定"
-OF_TURNS = rf"{TURNS}|{CONVENTION}|matri|矩阵|trans|变换|point|punkt|点|\bR_?[xyz]\b|[xyz]['’′-]|\b[xyz]{{3}}\b"
-DENIED = r"(?:\b(?:not|kein\w*|nicht|pas|no)\b|不是|非)[^.;,，。]{0,20}(?:acti|akti|主动)"
-NOT_ASKED = r"compari?son|comparaison|vergleich|对比|would be|wäre|serait|下一|next (?:task|exercise)"
-NOT_ASKED += r"|nächste (?:aufgabe|übung)"
-TURNED = "|".join(  # by words that no transposed matrix takes back
-    (
-        r"\bactive,? \(?[xyz]['’′]*[-– ]|['’′\"],? \(?active\b",
-        rf"(?:active rotation|主动旋转){OF_MATRICES}|aktive drehung(?!en)|point is (?:turned|rotated)",
-    )
-)
-TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|(?<!R[·*×]R)ᵀ"
+CONVENTION = wording("convention")
+OF_TURNS = rf"{wording('turning', 'convention', 'matrix', 'transformation', 'point')}|\bR_?[xyz]"
+OF_TURNS += r"\b|[xyz]['’′-]|\b[xyz]{3}\b"
+DENIED = rf"{wording('not')}[^.;,，。]{{0,20}}(?:acti|akti|主动)"
+NOT_ASKED = wording("another task")
+TURNED = rf"\bactive,? \(?[xyz]['’′]*[-– ]|['’′\"],? \(?active\b|{wording('a turned point')}"
+TURNED += rf"|{wording('an active rotation')}{OF_MATRICES}"  # by words that no transposed matrix takes back
+TRANSPOSED = rf"{wording('transposed')}|(?:\)|active|aktiv)\^?[Tᵀ]\b|(?<!R[·*×]R)ᵀ"
 TRANSPOSED += r"|\bR(?:\^T|\^-1|⁻¹) ?[·*×]? ?\(?p\b(?!['’′])"  # what becomes of the point, not of what became of it
 
 
@@ -117,7 +95,7 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
     several, doubts = sorted(said - {"XYZ"}), []  # "XYZ" may be coordinates
     if len(several) > 1 and not by_task:
         doubts.append(f"the texts name {' and '.join(several)}: --sequence says which is asked for")
-    fixed = re.search(FIXED, text, re.I)
+    fixed = re.search(wording("fixed axes"), text, re.I)
     by_text = by_text.lower() if fixed else by_text
     may = re.search(CONVENTION, text, re.I)  # beside which a cell may hold the word alone
     of_turns = [line for line in text.splitlines() if re.search(OF_TURNS, line, re.I) or (may and line.isalpha())]
@@ -127,7 +105,7 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
     passive, transposed = bool(re.search(PASSIVE, text, re.I)), bool(re.search(TRANSPOSED, own, re.I))
     active = is_active and not passive and (not transposed or bool(re.search(TURNED, text, re.I)))
     active = task.convention == "active" if task.convention else active
-    turning = re.search(TURNING, text, re.I) or PRIMED.search(text)
+    turning = re.search(wording("turned axes"), text, re.I) or PRIMED.search(text)
     # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not.
     names: tuple[str, ...] = ()
     pairs = PAIR.finditer(text) if count == 2 else ()
@@ -157,7 +135,7 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
     sequence = by_task or by_text or "ZXZ"
     cases = [sequence, *[sequence.swapcase()] * bool(fixed and turning and not by_task)]
     is_plain = not chains  # a product says more than a word
-    axes = "turned" if re.search(ABOUT_NEW, text, re.I) and is_plain and not fixed else ""
+    axes = "turned" if re.search(wording("about new axes"), text, re.I) and is_plain and not fixed else ""
     axes = "fixed" if fixed and is_plain and not turning else axes
     may_be_active = re.search(SAID_ACTIVE, text, re.I) and not re.search(DENIED, text, re.I)
     other = passive or transposed if active else may_be_active

@@ -11,19 +11,18 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.teaching.workbook.meaning.calculation import Calculation, Turn
-from mathpost.teaching.workbook.meaning.given import QUATERNION, runs
+from mathpost.teaching.workbook.meaning.given import runs
 from mathpost.teaching.workbook.meaning.names import Names
 from mathpost.teaching.workbook.meaning.texts import CENTRE, ORIGIN, PASSIVE
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.place import Line, Place, offset
 from mathpost.teaching.workbook.task import Task
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.meaning.plane_angles import Plane
 
-SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
-ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
-INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
-ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
+SHIFT = rf"{wording('shift')}|^\W*t[xyz]?\b"  # what is added after the turn
+ABOUT_A_CENTRE = rf"{wording('about')}[^.,;]{{0,20}}{CENTRE}"
 
 
 class Turns(Names):
@@ -42,8 +41,8 @@ class Turns(Names):
     def _add_turn(self, triple: Line, calculations: list[Calculation]) -> None:
         triple = self.as_named(triple)
         angles = self._of(triple, self.angles)
-        plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
-        back = bool(re.search(INVERSE, self.text, re.I))
+        plane = next((p for p in self.planes if self.graph.upstream(p.results) & set(angles)), None)
+        back = bool(re.search(wording("inverse"), self.text, re.I))
         shift = self._shift(triple, back or plane)
         point, origin, others = self._moved(triple, shift)
         if axis := self._quaternion_of(angles, triple[0]):
@@ -55,7 +54,7 @@ class Turns(Names):
         centres += [origin] * bool(self.active and re.search(ABOUT_A_CENTRE, self.text, re.I))
         if centres and not shift:
             origin = shift = centres[0]
-        if len(angles) == 1 and (axes or (others and re.search(ABOUT_AN_AXIS, self.text, re.I))):
+        if len(angles) == 1 and (axes or (others and re.search(wording("about an axis"), self.text, re.I))):
             lines, matrices = (point, *others), self.graph.upstream(p for w in self.windows for p in w)
             axis = next((line for line in axes or lines if matrices.issuperset(line)), (axes or others)[0])
             point = point if axes else next(line for line in lines if line != axis)
@@ -63,10 +62,10 @@ class Turns(Names):
             self._tell(Turn(triple, angles, point, origin, axis=axis, shift=shift), calculations)
             return
         if plane and point:
-            turn = Turn(triple, self._angles_of(plane), point, origin, shift=shift)
+            turn = Turn(triple, self._angles_of(plane, triple), point, origin, shift=shift)
             self._tell(turn, calculations, plane)
             return
-        chosen = self._varied(angles, triple) or self.three(angles) or self.three(self.sorted(self.angles))
+        chosen = self.three(angles) or self.three(self.sorted(self.angles))
         if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4:
             chosen = None  # turned more than once, and not by a vector in between
         if chosen is None or not point:
@@ -77,20 +76,11 @@ class Turns(Names):
             return
         self._tell(Turn(triple, self.by_name(chosen), point, origin, shift=shift), calculations)
 
-    def _varied(self, angles: Line, triple: Line) -> Line | None:
-        """Three angles of which one, by their names, is in the row of a vector and replaces the given one."""
-        own = [p for p in angles if p[:2] == triple[0][:2]]
-        said = {p: self.angle_said(p) for p in angles}
-        rest = [p for p in angles if own and said[p] != said[own[0]]]
-        three = (*rest, *own)
-        return three if len(own) == 1 and len(three) == 3 and {*map(said.get, three)} == {0, 1, 2} else None
-
-    def _angles_of(self, plane: Plane) -> Line:
-        """The cells of a plane's angles that are turned by; a third one that is 0 is used by no formula."""
+    def _angles_of(self, plane: Plane, places: Line) -> Line:
+        """The cells of a plane's angles by which some places are turned, and a third one that is typed."""
         order = self.graph.calculation_order
-        turned_by = [max(self.angles & self.graph.upstream([p]), key=order, default=p) for p in plane.line]
-        is_lost = len(turned_by) == 3 and self.graph.own[plane.line[2]] == 0 and turned_by[2] not in self.angles
-        return tuple(turned_by[:2] if is_lost else turned_by)
+        angles = [max(self.angles & self.graph.upstream([p]), key=order, default=p) for p in plane.results]
+        return (*angles, *self.sorted(self.turned_by(places).difference(angles)))[:3]
 
     def _shift(self, triple: Line, back: Any) -> Line:
         """What is added to a vector after it is turned, as a plane's origin is; another may be a mistake."""
@@ -133,8 +123,7 @@ class Turns(Names):
             ]
             plus = means or plus
         made = self._made_by_formulas(triple)
-        mirrored = made if {self.graph.tree(p)[0] for p in made} == {"minus", "area"} else ()
-        may = mirrored, *plus[::-1], *used, made, *lines
+        may = *plus[::-1], *used, made, *lines
         point = self._as_labelled(next(filter(None, may), ()))
         # In 4×4 an origin that moves nothing is in a matrix that is transposed by mistake.
         minus += [line for line in used if len(triple) == 4 and not any(map(set(line).intersection, slopes))]
@@ -171,7 +160,7 @@ class Turns(Names):
 
     def _quaternions(self, inputs: set[Place]) -> list[Line]:
         """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
-        if not re.search(QUATERNION, self.text, re.I):
+        if not re.search(wording("quaternion"), self.text, re.I):
             return []
         lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
         threes = [line for line in runs(self.typed & self.graph.used.keys() - self.turning) if len(line) == 3]
@@ -223,11 +212,11 @@ class Turns(Names):
                 self.doubts[calculation.results] = f"which angle is negated, as in {' '.join(self.names)}?"
                 return
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
-        calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
+        calculation.back = bool((calculation.shift or primed) and re.search(wording("inverse"), self.text, re.I))
         as_it_is = calculation.shift and self.active and not self.task.convention  # R·p' + p0
         calculation.back &= not as_it_is
         active = self.active
-        of_quaternion = not calculation.point and re.search(QUATERNION, self.text, re.I)
+        of_quaternion = not calculation.point and re.search(wording("quaternion"), self.text, re.I)
         if calculation.axis or of_quaternion:  # what the field means by these, unless it is said
             active |= not (self.task.convention or re.search(PASSIVE, self.text, re.I))
         if calculation.axis:

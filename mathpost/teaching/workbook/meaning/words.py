@@ -7,7 +7,7 @@ that are demanded.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -175,30 +175,6 @@ def _column_block(graph: Graph, name: str, cells: Mapping[str, str]) -> list[Lin
     if area.shape[1] != COLUMNS[name]:
         raise InputError(f"cells, {name!r}", f"{COLUMNS[name]} columns", repr(cells[name]))
     return list(zip(*[iter(area.places)] * COLUMNS[name], strict=True))
-
-
-def made_of_words(
-    rows: list[Words], block: Callable[[Sequence[Place]], np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
-    """What people put beside the words of a table, both of shape (…, samples): numbers, and angles in radians.
-
-    Steps from row to row, ways, extremes and means; the other solution, and how far the tool turns. `block(places)`
-    gives the contents of some cells.
-    """
-    axes = np.array([block(row.axis) for row in rows])
-    words = np.array([[*row.targets.values()] for row in rows])
-    numbers = [step(words, axis=0) for step in (np.max, np.min, np.mean, np.ptp, np.median)]
-    numbers += [np.abs(words).max(axis=0)]
-    if len(rows) > 1:
-        steps = np.diff([[*row.targets.values(), *block(row.point)] for row in rows], axis=0)
-        for way in (np.linalg.norm(steps[:, first : first + 3], axis=1) for first in (0, 5)):
-            numbers += [way, np.cumsum(way, axis=0), way.max(axis=0)[None], way.mean(axis=0)[None]]
-        numbers += [*steps, *-steps, np.abs(steps).max(axis=0)]
-    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    between = np.arccos(np.clip((axes[1:] * axes[:-1]).sum(axis=1), -1, 1))
-    ways = [row.kinematics.inverse(np.zeros(3), axis.T)[..., 3:] for row, axis in zip(rows, axes, strict=True)]
-    both = np.array(ways)
-    return np.vstack(numbers), np.vstack([between, *np.moveaxis(both, 1, -1).reshape(-1, SAMPLES)[:, None]])
 
 
 def point_named(rows: list[Words], now: Callable[[Place], np.ndarray]) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
@@ -15,7 +15,6 @@ import numpy as np
 from mathpost.teaching.bounds import TooLarge
 from mathpost.teaching.workbook.reference.functions import FUNCTIONS
 from mathpost.teaching.workbook.sheet.file import Book
-from mathpost.teaching.workbook.sheet.formula import Tree
 from mathpost.teaching.workbook.sheet.graph import Graph
 from mathpost.teaching.workbook.sheet.links import MOST_FORMULAS
 from mathpost.teaching.workbook.sheet.place import Place, number_along, offset
@@ -33,6 +32,8 @@ Labels = tuple[str, str]  # of a cell: the text to the left of it and the text a
 
 class Sheet(Graph):
     """The graph of a workbook in which lookups by a number stay functions of that number."""
+
+    functions = FUNCTIONS
 
     def __init__(self, book: Book) -> None:
         super().__init__(book)
@@ -65,27 +66,6 @@ class Sheet(Graph):
         """A text, which a lookup may find; a number is an input, and stays one."""
         value = super()._typed(place)
         return value if isinstance(value, str) else None
-
-    def run(
-        self,
-        given: Values,
-        base: Values | None = None,
-        only: Collection[Place] | None = None,
-        functions: Mapping[str, Callable] = FUNCTIONS,
-        put: Mapping[Place, tuple[np.ndarray, np.ndarray]] | None = None,
-    ) -> Values:
-        """As `Graph.run`, with the functions of this room."""
-        return super().run(given, base, only, functions, put)
-
-    def calculate(
-        self,
-        tree: Tree,
-        values: Values,
-        functions: Mapping[str, Callable] = FUNCTIONS,
-        held: Mapping[int, np.ndarray] | tuple[()] = (),
-    ) -> np.ndarray:
-        """As `Graph.calculate`, with the functions of this room."""
-        return super().calculate(tree, values, functions, held)
 
     def forget(self) -> None:
         """Forget what followed from formulas that have been replaced."""

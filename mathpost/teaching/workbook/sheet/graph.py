@@ -30,14 +30,16 @@ class Graph(Links):
     """The formulas of a workbook as functions: `run` evaluates them at many inputs at once.
 
     A value has the shape (samples,), or (1,) where it is the same at all of them.
+    `functions` are those that are known.
     """
+
+    functions: Mapping[str, Callable] = FUNCTIONS
 
     def run(
         self,
         given: Values,
         base: Values | None = None,
         only: Collection[Place] | None = None,
-        functions: Mapping[str, Callable] = FUNCTIONS,
         put: Mapping[Place, tuple[np.ndarray, np.ndarray]] | None = None,
     ) -> Values:
         """Evaluate the formulas, all or `only` some: place → array of shape (samples,).
@@ -55,11 +57,11 @@ class Graph(Links):
             self.work += 1
             tree, index = self.trees[place], self.part.get(place)
             if index is None:
-                values[place] = self.calculate(tree, values, functions)[:, 0, 0]
+                values[place] = self.calculate(tree, values)[:, 0, 0]
             else:
                 key = id(tree), self.cells[place].anchor
                 if key not in arrays:
-                    arrays[key] = self.calculate(tree, values, functions)
+                    arrays[key] = self.calculate(tree, values)
                 values[place] = at(arrays[key], index)
             if put and place in put:
                 where, other = put[place]
@@ -130,13 +132,12 @@ class Graph(Links):
         self,
         tree: Tree,
         values: Values,
-        functions: Mapping[str, Callable] = FUNCTIONS,
         held: Mapping[int, np.ndarray] | tuple[()] = (),
     ) -> np.ndarray:
         """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""
         try:
             with np.errstate(all="ignore"):
-                return evaluate(tree, partial(self.look, values=values), functions, held)
+                return evaluate(tree, partial(self.look, values=values), self.functions, held)
         except NotUnderstood:
             return np.full((1, 1, 1), np.nan)
 

@@ -1,8 +1,8 @@
-"""Is it right, and if not: which cell first, and why?
+"""Is it right? Every calculation at random inputs, what is wrong, where and why, and what stands beside it.
 
-`judge` (with `sampled`) compares the calculations at random inputs; `readings` says which rotation is meant
-where that is open, `tables` what a whole table of NC words has in common, with `machine_causes`. `where` finds
-the first wrong cell, `why` the slip. `beside` judges the cells that no result needs, of the `scope`: vectors
-and single cells by what is `known` (`beside_vectors`, `beside_numbers`), all by the cells `around` and by what
-is `labelled`. `inputs` compares what is given with labels and texts. `reason` says which rule judged a cell.
+`judge` compares and repairs: `sampled` has the values of all cells, `readings` says which rotation a text means,
+`where` finds the earliest repair and `why` its cause; `tables` does the same for NC words, with `machine_causes`.
+`beside` judges what no result needs, of `scope`: equal to what is `known`, against the `pattern` around it, unlike
+its `labels`. `inputs` compares what is given with what is said of it. A fault carries the rule that found it, one
+of the sentences at the head of the module that returns it, and `reason` prints it.
 """

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.given import runs
-from mathpost.teaching.workbook.meaning.label import IN_DEGREES, IN_RADIANS, plain, read_label
-from mathpost.teaching.workbook.meaning.texts import CENTRE, ORIGIN
+from mathpost.teaching.workbook.meaning.label import plain, read_label
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.meaning.recognise import Recognised
     from mathpost.teaching.workbook.sheet.place import Place
 
-GIVEN = rf"{ORIGIN}|{CENTRE}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
+GIVEN = wording("origin", "centre", "shift")
 NAME = r"[α-ω]|(?<![A-Za-z])[A-Za-z]+\d?"
 NAMED_NUMBER = rf"({NAME}) *(?:\([^()]*\))? *[=:] *([-+−]? ?\d+(?:[.,]\d+)?)(?! *[*·/^\d])"
-UNITS = {IN_RADIANS: 1.0, r"\bgon\b|neugrad": np.pi / 200, IN_DEGREES: np.pi / 180}
+UNITS = {wording(name): size for name, size in (("radians", 1.0), ("gon", np.pi / 200), ("degrees", np.pi / 180))}
 
 
 def contradicted(found: Recognised, units: dict[Place, float]) -> Iterator[str]:
@@ -49,18 +49,15 @@ def contradicted(found: Recognised, units: dict[Place, float]) -> Iterator[str]:
 
 
 def unused(found: Recognised) -> Iterator[str]:
-    """Yield sentences on angles, points and origins, by their labels, that no formula uses."""
+    """Yield sentences on angles and points, by their labels, that no formula uses."""
     graph = found.graph
     places = found.typed - graph.used.keys() - graph.trees.keys()
-    angles = {graph.own[p] for c in found.calculations for p in c.angles}
+    taken = {p: graph.own[p] for c in found.calculations for p in (*c.angles, *c.point, *c.origin)}
     for place in found.sorted(places):
         role = read_label(found.label(place))
-        if role and role.kind == "angle" and graph.own[place] not in angles:
-            yield f"{graph.address(place)} is an angle, {graph.own[place]:g}, that no formula uses"
-    known = [
-        {graph.own.get(p) for p in each} for c in found.calculations for each in (c.point, c.origin, c.results)
-    ]
-    for line in runs(places):
-        numbers, label = {graph.own[p] for p in line}, found.label(line[0])
-        if len(line) == 3 and any(numbers) and numbers not in known and re.search(GIVEN, label, re.I):
-            yield f"{graph.range(line)} is {label.strip()!r}, and no formula uses it"
+        if role and role.kind in ("angle", "coordinate") and graph.own[place] not in taken.values():
+            yield f"{graph.address(place)} is {role}, {graph.own[place]:g}, that no formula uses"
+    for line in (line for line in runs(places) if len(line) == 3):
+        numbers = {graph.own[p] for p in line}
+        if any(numbers) and not numbers <= {*taken.values()} and re.search(GIVEN, found.label(line[0]), re.I):
+            yield f"{graph.range(line)} is {found.label(line[0]).strip()!r}, and no formula uses it"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Self
@@ -31,6 +31,12 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.place import Place
 
 UNEXPLAINED = 5  # results without a repair: beside so many no further repairs are looked for
+# What is found of a wrong cell.
+UNLIKE_TASK = "it is an input, and the task gives another number"
+UNLIKE = "it is a result, and not what the task asks for at these inputs"
+EXCHANGED = "it is a result that is right under the heading of another one"
+ALONE = "it is the only cell that keeps a matrix from being one of the rotation"
+TYPED = "the formulas around it go on over this number"
 
 
 class Judge(Sampled):
@@ -51,13 +57,13 @@ class Judge(Sampled):
         self.why = Why(self)
         self.where = Where(self)
 
-    def fault(self, place: Place, cause: str, message: str, values: Values | None = None) -> Fault:
-        return Fault(self.graph.address(place), cause, message, place, values or {})
+    def fault(self, place: Place, cause: str, message: str, rule: str = "", values: Values | None = None) -> Fault:
+        return Fault(self.graph.address(place), cause, message, place, values or {}, rule)
 
     def run(self) -> Self:
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
         planes = [c for c in self.live if isinstance(c, Plane)]
-        self._judge_planes(planes)
+        self.faults = self._judge_planes(planes)
         self.prepare(self.live)
         tables = Tables(self)
         tables.prepare()
@@ -69,32 +75,34 @@ class Judge(Sampled):
         made = self.graph.trees.keys() - self.inputs.keys()
         self.chained = [c for c in self.live if not made.isdisjoint(c.given)]
         for calculation in [c for c in self.found.calculations if c not in planes][:1]:
-            self._compare_the_inputs(calculation)
+            self.faults += self._unlike_the_task(calculation)
         self.reading = self.readings.left_open()
         if not self.reading:
-            self._judge_others([c for c in self.live if c not in planes])
-        self.readings.name_the_convention()
-        tables.judge_all()
+            self.faults += self._judge_others([c for c in self.live if c not in planes])
+        if others := self.readings.of_another_convention(self.unexplained):
+            self.faults, self.unexplained = self.faults + others, []
+        self.faults = tables.judged(self.faults)
         return self
 
-    def _judge_planes(self, planes: Sequence[Calculation]) -> None:
+    def _judge_planes(self, planes: Sequence[Calculation]) -> list[Fault]:
         """Judge the angles of planes first: what these turn is judged with right ones."""
         self.prepare(planes)
         self.targets = {p: t for plane in planes for p, t in plane.targets.items()}
-        for plane in planes:
-            self._repair(plane)
+        faults = [fault for plane in planes for fault in self._repaired(plane)]
         self.readings.choose_the_way([c for c in self.live if isinstance(c, Turn) and c.active is None])
+        return faults
 
-    def _judge_others(self, calculations: list[Turn]) -> None:
+    def _judge_others(self, calculations: list[Turn]) -> list[Fault]:
         """Judge each calculation; what turns by the angles of a plane that may be none is not repaired."""
-        unsure = {*self.unexplained}
+        unsure, faults = {*self.unexplained}, list[Fault]()
         for calculation in calculations:
             of_unsure = getattr(calculation, "plane", None) in unsure or self._is_of_a_table(calculation)
             of_unsure |= len(self.unexplained) >= UNEXPLAINED
             if of_unsure and self.bad(calculation.targets):
                 self.unexplained.append(calculation)
             else:
-                self._repair(calculation)
+                faults += self._repaired(calculation)
+        return faults
 
     def _is_of_a_table(self, calculation: Calculation) -> bool:
         """Whether another row of its table could not be explained."""
@@ -107,8 +115,8 @@ class Judge(Sampled):
         for calculation in calculations:
             calculation.prepare({p: self.now(p) for p in calculation.read}, self.units)
 
-    def _compare_the_inputs(self, calculation: Calculation) -> None:
-        """The numbers that the task gives, looked for in the input cells."""
+    def _unlike_the_task(self, calculation: Calculation) -> Iterator[Fault]:
+        """Yield the faults of inputs that are not the numbers that the task gives."""
         for name, other in (("angles", "wrong angle"), ("point", "wrong point"), ("origin", "wrong point")):
             asked = getattr(self.found.task, name) or ()
             for place, wanted in zip(getattr(calculation, name), asked, strict=False):
@@ -118,11 +126,11 @@ class Judge(Sampled):
                     cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
                     cause = "sign" if abs(number + wanted) <= half else cause
                     text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
-                    self.faults.append(self.fault(place, cause, text))
+                    yield self.fault(place, cause, text, UNLIKE_TASK)
 
-    def _repair(self, calculation: Calculation) -> None:
-        """Put in the right things, one after the other, until the results are right."""
-        first = len(self.faults)
+    def _repaired(self, calculation: Calculation) -> list[Fault]:
+        """Put in the right things, one after the other, until the results are right; return what was wrong."""
+        faults: list[Fault] = []
         after = self.graph.downstream(calculation.targets) if self.chained else set()
         later = [c for c in self.chained if c is not calculation and not after.isdisjoint(c.given)]
         while bad := self.bad(calculation.targets):
@@ -140,18 +148,18 @@ class Judge(Sampled):
                 else:
                     place = min(bad, key=self.graph.calculation_order)
                     text = "no single change makes the result what is asked for"
-                    fault, over = self.fault(place, "wrong value", text), self.where.typed_over(bad)
-                    self.faults.append(self.typed_number(over) if over else fault)
+                    faults.append(self.fault(place, "wrong value", text, UNLIKE))
                     self.put({p: targets[p] for p in bad})
             if found is None:
                 break
-            self.put(found)
+            self.put(found[0])
+            faults += found[1]
             self.prepare(later)
             self.targets.update(chain.from_iterable(c.targets.items() for c in later))
-        self.faults[first:] = _one_convention(self.faults[first:])
+        return _one_convention(faults)
 
-    def _exchanged(self, calculation: Calculation) -> Values | None:
-        """The right values of results that stand under each other's headings; records the fault."""
+    def _exchanged(self, calculation: Calculation) -> tuple[Values, list[Fault]] | None:
+        """The right values of results that stand under each other's headings, and the fault."""
         results, wanted = calculation.results, [*calculation.targets.values()]
         of_points = isinstance(calculation, Turn) and calculation.point
         if of_points:
@@ -164,8 +172,7 @@ class Judge(Sampled):
         k = int(np.argmin(fits.diagonal()))
         into = self.graph.short(results[int(fits[k].argmax())])
         text = f"{self.graph.short(results[k])} is what belongs into {into}: exchanged"
-        self.faults.append(self.fault(results[k], "exchanged", text))
-        return dict(zip(results, wanted, strict=True))
+        return dict(zip(results, wanted, strict=True)), [self.fault(results[k], "exchanged", text, EXCHANGED)]
 
     def _choose(self, last: Calculation) -> None:
         """Take vectors on the way that are right, but for one cell, in place of what only follows from them."""
@@ -204,7 +211,7 @@ class Judge(Sampled):
             cause, sentence, other = found
             cause = self.why.reference_kind(place, other) if cause == "wrong reference" else cause
             self.put({place: value})
-            return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
+            return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}", ALONE)
         return None
 
     def typed_number(self, place: Place, tree: Tree | None = None) -> Fault:
@@ -214,7 +221,7 @@ class Judge(Sampled):
         text = f"{short} is a number, {number:g}, typed where a formula belongs"
         if tree and areas(tree):
             text = f"{short}: {said(place, tree, self.graph.trees[place])}"
-        return self.fault(place, "typed over formula", text)
+        return self.fault(place, "typed over formula", text, TYPED)
 
 
 def _one_convention(faults: list[Fault]) -> list[Fault]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from itertools import combinations, groupby, product
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from mathpost.rotation import wrap
 from mathpost.teaching.workbook.meaning.calculation import SAMPLES, Turn
 from mathpost.teaching.workbook.meaning.conversion import Conversion
 from mathpost.teaching.workbook.meaning.plane_angles import Plane
-from mathpost.teaching.workbook.meaning.words import Words, made_of_words
 from mathpost.teaching.workbook.sheet.edits import INVERSE
 from mathpost.teaching.workbook.sheet.place import Line, offset
 from mathpost.teaching.workbook.sheet.samples import CLOSE, same
@@ -59,7 +58,7 @@ class Known:
         everywhere: dict[int, dict[Line, np.ndarray]] = {}
         found += [vector for c in judge.live if isinstance(c, Plane) for vector in c.known[3]]
         for turn in self.turns:
-            found += [*turn.known.get(3, ()), *_axes(turn)]
+            found += turn.known.get(3, ())
             found += [np.array(each) for each in _in_all_units(turn.radians.T) if len(each) == 3]
             matrix = turn.whole.reshape(3, 3, -1)
             axes += [*matrix, *matrix.swapaxes(0, 1)]
@@ -163,10 +162,6 @@ class Known:
                 for solution in solutions(turn):
                     angles += [np.array([each, -each if turn.signs else each]) for each in solution.T]
                     angles += [np.array([each, each]) for each in (solution - turn.radians).T]
-        tables = groupby((c for c in judge.live if isinstance(c, Words)), lambda row: row.table)
-        for more, turned in (made_of_words(list(rows), judge.block) for _, rows in tables):
-            numbers += [*more]
-            angles += [np.array([each, each]) for each in turned]
         for x, y, z in self.globe:
             seen = np.arctan2(y, x), np.arccos(np.clip(z, -1, 1)), np.arcsin(np.clip(z, -1, 1))
             angles += [np.array([angle, angle]) for angle in seen]
@@ -223,16 +218,6 @@ def _at_samples(numbers: Sequence[float | np.ndarray]) -> np.ndarray:
     for n, number in enumerate(numbers):
         found[n] = number
     return found
-
-
-def _axes(turn: Turn) -> list[np.ndarray]:
-    """The unit vector along the axis of the whole rotation, and the axis vector of R − Rᵀ, in both senses."""
-    m = turn.whole
-    vector = np.array([m[7] - m[5], m[2] - m[6], m[3] - m[1]])
-    vectors = [vector, *(q[1:] for q in turn.quaternions()[2:])]
-    with np.errstate(invalid="ignore"):  # nothing is turned
-        vectors += [each / np.linalg.norm(each, axis=0) for each in vectors]
-    return [sign * each for each in vectors for sign in (1, -1)]
 
 
 def has_angles(turn: Turn) -> bool:

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.edits import repaired, said
 from mathpost.teaching.workbook.sheet.evaluate import STATISTICS
 from mathpost.teaching.workbook.sheet.formula import Area, Tree
-from mathpost.teaching.workbook.sheet.neighbours import along, between, filled
+from mathpost.teaching.workbook.sheet.neighbours import between, filled
 from mathpost.teaching.workbook.sheet.place import beside, offset
 from mathpost.teaching.workbook.sheet.samples import CLOSE, SAMPLES, Values, same
 from mathpost.teaching.workbook.sheet.tree import areas, form_of, parts_of, text_of, with_areas
@@ -25,9 +26,9 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.verdict.judge import Judge
     from mathpost.teaching.workbook.verdict.known import Known
 
-OF_A_PART = (
-    r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|\b(?:mid|mitte)\b|前|后|组|\d *[-–] *\d"
-)
+OF_A_PART = rf"{wording('of a part')}|P\d|\d *[-–] *\d"
+
+UNLIKE_AROUND = "the formulas around it go on in a different way"
 
 
 class Pattern:
@@ -63,31 +64,21 @@ class Pattern:
                 yield self._fault(place, whole, self.judge.calculate(place, whole))
         for place in self.judge.found.sorted(self._typed):
             goes_on = between(graph, place, 4) if place not in self.still else None
-            if (
-                goes_on
-                and np.isfinite(made := self.judge.calculate(place, goes_on)).all()
-                and not self._is_few(place)
-            ):
+            if goes_on and np.isfinite(made := self.judge.calculate(place, goes_on)).all():
                 yield replace(self.judge.typed_number(place), values={place: made})
 
     def doubts(self, rest: set[Place]) -> Iterator[Place]:
-        """Yield cells that may be meant: round numbers in a line, sums of a part, the same sum twice."""
-        graph = self.graph
+        """Yield cells that may be meant: numbers where formulas go on, sums of a part, the same sum twice."""
         for place in self._typed:
-            other = between(graph, place, 4) if place not in self.still else None
-            if other or (place not in graph.used and self._would_go_on(place)):
+            if place not in self.still and between(self.graph, place, 4 if place in self.graph.used else 3):
                 yield place
-        for place in rest & graph.trees.keys():
+        for place in rest & self.graph.trees.keys():
             if self._longer(place) or self._repeats(place):
                 yield place
 
     @property
     def _typed(self) -> set[Place]:
         return self.judge.found.typed - self.graph.trees.keys()
-
-    def _is_few(self, place: Place) -> bool:
-        number = self.graph.number(place)
-        return float(f"{number:.2g}") == number
 
     def _others(self, place: Place, is_rest: bool) -> Iterator[Tree]:
         """Yield the formulas with which those around a cell go on, where its own is another one."""
@@ -96,11 +87,9 @@ class Pattern:
         line = (p for p in graph.component.get(place, ()) if p != place and (p[1] == place[1] or p[2] == place[2]))
         if sure and (tree[0] in STATISTICS or any(filled(graph, p, place) == tree for p in line)):
             sure = None  # a row of means, or a sum that starts again
-        for other in (sure, near, *along(graph, place)) if is_rest else (sure,):
+        for other in (sure, near) if is_rest else (sure,):
             if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
                 continue  # such as a matrix less that of zeros and ones
-            if other != near and self._closes(place, other):
-                continue
             alike = form_of(other) == graph.form(place)
             if other == sure or (alike and self.known.is_known(place, other)):
                 yield other
@@ -114,16 +103,6 @@ class Pattern:
             return False
         return differs or not same(self.shaken[place], graph.cell(place, self.shaken, other))
 
-    def _closes(self, place: Place, other: Tree) -> bool:
-        """Whether a formula leads from the end of one back to the first, as the last side of a triangle does."""
-        graph, own = self.graph, set(areas(self.graph.trees[place]))
-        mates = [p for p in graph.component.get(place, ()) if p != place and graph.form(p) == graph.form(place)]
-        alike, back = [set(areas(graph.trees[p])) for p in mates], own.difference(areas(other))
-        on = own - back
-        return bool(on and back and own not in alike and any(on <= each for each in alike)) and any(
-            back <= each and not on <= each for each in alike
-        )
-
     def _fault(self, place: Place, other: Tree, made: np.ndarray) -> Fault:
         """The fault of a cell that should hold another formula, said by the references or the part that differ."""
         graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
@@ -135,13 +114,7 @@ class Pattern:
             cause, sentence = "wrong reference", said(place, *(("area", area) for area in pairs[0]))
         elif text_of(repair) != text_of(other):
             cause, sentence = "wrong value", said(place, tree, other)
-        return judge.fault(place, cause, f"{graph.short(place)}: {sentence}", {place: made})
-
-    def _would_go_on(self, place: Place) -> bool:
-        """Whether a number is where the formulas of a line would continue, such as those of means."""
-        likely = [between(self.graph, place, 3), *along(self.graph, place)]
-        trees = [tree for tree in likely if tree and tree[0] != "area"]
-        return any(self.graph.component.keys() >= set(self.graph.used_by(tree)) for tree in trees)
+        return judge.fault(place, cause, f"{graph.short(place)}: {sentence}", UNLIKE_AROUND, {place: made})
 
     # Sums, means and extremes.
 

@@ -10,21 +10,20 @@ import numpy as np
 
 from mathpost import euler
 from mathpost.teaching.workbook.meaning.calculation import Calculation, Turn
-from mathpost.teaching.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
+from mathpost.teaching.workbook.meaning.texts import PASSIVE, SAID_ACTIVE
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.samples import same
 
 if TYPE_CHECKING:
+    from mathpost.teaching.workbook.report import Fault
     from mathpost.teaching.workbook.verdict.judge import Judge
 
-TO_THE_POINT = (
-    r"(?:applied|rotates?) to the point|point (?:is )?(?:turned|rotated|turns)|punkt (?:wird )?gedreht"
-    r"|auf den punkt|旋转的是点|旋转点"
-)
-RECIPE = r"recipe|method|verfahren|rezept|méthode|方法|transpo|转置|\^ ?T\b|ᵀ|multipl|乘"
+RECIPE = rf"{wording('a recipe', 'transposed')}|\^ ?T\b|ᵀ"
 PRODUCT = re.compile(r"= *((?:\w+(?:\([^()]*\))? *(?:ᵀ|\^T)? *[·*×∙⋅] *){2,4})\w")
 FACTOR = re.compile(r"(\w+?(?:\([^()]*\))?) *(ᵀ|\^T)? *[·*×∙⋅]")
 Reading = tuple[str, bool]  # a sequence, and whether it is active
-SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
+OTHER_CONVENTION = "all results are right in a different sequence or convention than the task's"
+SET_ASIDE = wording("another task", "set aside")
 
 
 class Readings:
@@ -55,7 +54,9 @@ class Readings:
         off = [turn for turn in turns if len(self.judge.bad(turn.targets)) > 1]
         for turn in off if len(off) < len(turns) else ():
             heading = self.found.heading(turn.results)
-            other = re.search(PASSIVE if turn.active else f"{SAID_ACTIVE}|{TO_THE_POINT}", heading, re.I)
+            other = re.search(
+                PASSIVE if turn.active else f"{SAID_ACTIVE}|{wording('the point turns')}", heading, re.I
+            )
             if other and not re.search(RECIPE, heading, re.I):
                 self._turn_round(turn)
                 if self.judge.met(turn.targets):
@@ -85,15 +86,14 @@ class Readings:
         as_asked = self.found.sequence, "active" if self.found.active else "passive"
         return None if reading == as_asked else reading
 
-    def name_the_convention(self) -> None:
-        """Results without a repair that are all of another convention than the task's are faults of that name."""
+    def of_another_convention(self, unexplained: Sequence[Calculation]) -> list[Fault]:
+        """Return the faults of results without a repair if all are of another convention than the task's."""
         every = _all_of(euler.SEQUENCES) if self.found.by == "the task" else []
-        other = self._other(self.judge.unexplained, every)
-        if other:
-            text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
-            for calculation in self.judge.unexplained:
-                self.judge.faults.append(self.judge.fault(calculation.results[0], "other convention", text))
-            self.judge.unexplained = []
+        other = self._other(unexplained, every)
+        if other is None:
+            return []
+        text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
+        return [self.judge.fault(c.results[0], "other convention", text, OTHER_CONVENTION) for c in unexplained]
 
     def _as_the_text_may_mean(self) -> bool:
         """Take the sheet as what it calculates if the text, which has words for both, may mean that."""

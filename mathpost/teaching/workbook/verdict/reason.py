@@ -42,7 +42,8 @@ def reason(judge: Judge, others: Beside, place: Place, status: str | None) -> li
     lines += [f"it uses {', '.join(values)}"] * bool(used)
     should, *_ = judge.fixed.get(place, [np.nan])
     lines += [f"it should be {should:.9g} at these inputs"] * bool(np.isfinite(should))
-    lines += [f"rule: a fault, {each.cause}: {each.message}" for each in judge.faults if each.place == place]
+    for fault in (each for each in judge.faults if each.place == place):
+        lines.append(f"rule: a fault, {fault.cause}: {fault.message}; {fault.rule}")
     result = next((c for c in found.calculations if place in c.results), None)
     needed = graph.upstream(p for c in found.calculations for p in c.results)
     if len(lines) > 1 and lines[-1].startswith("rule"):

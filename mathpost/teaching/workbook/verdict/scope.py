@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.detective.digits import written_decimals
+from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.evaluate import STATISTICS
 from mathpost.teaching.workbook.sheet.formula import Tree
 from mathpost.teaching.workbook.sheet.place import Place, beside
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.verdict.judge import Judge
 
 CALCULATED = 3  # decimals that nobody gives
-COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet|abstand|distan|距离"
-LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
-EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"
+COMPARED = rf"{wording('compared')}|Δ|\|"
+LENGTH_OR_VOLUME = rf"{wording('length or volume')}|\|.*\|"
+EXPECTED = wording("expected")
 
 
 class Scope:
@@ -34,11 +35,8 @@ class Scope:
     def _scope(self) -> tuple[list[Place], set[Place]]:
         """The cells to judge, and those of them that no result needs."""
         judge, graph, found = self.judge, self.graph, self.found
-        messages = (
-            graph.messages
-            | self._marks()
-            | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
-        )
+        aside = {p for c in judge.live for p in c.aside}
+        messages = graph.messages | (aside - graph.downstream(judge.inputs))
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = found.typed - graph.trees.keys()
@@ -79,27 +77,6 @@ class Scope:
         """How many typed numbers each component has."""
         component = self.graph.component
         return Counter(id(component[p]) for p in self.found.typed if p in component)
-
-    def _marks(self) -> set[Place]:
-        """Formulas that give one of some numbers, as points for a right answer, or sum such up: messages."""
-        graph, typed = self.graph, self.found.typed - self.graph.trees.keys()
-        found: set[Place] = set()
-        marks: set[Place] = set()
-        for place in graph.order:
-            uses = set(graph.uses[place])
-            if _is_a_choice(graph.trees[place]) or (uses & found and found | typed >= uses):
-                found.add(place)
-        for place in graph.order[::-1]:  # no number of a calculation
-            if place in found and marks | graph.messages >= set(graph.used.get(place, ())):
-                marks.add(place)
-        return marks
-
-
-def _is_a_choice(tree: Tree) -> bool:
-    """Whether a formula is an IF of which all results are numbers or texts, not all the same."""
-    if tree[0] != "IF":
-        return False
-    return all(part[0] in ("number", "text") or _is_a_choice(part) for part in tree[2:])
 
 
 def _is_count_or_mean(tree: Tree) -> bool:

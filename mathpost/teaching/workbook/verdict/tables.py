@@ -13,8 +13,14 @@ from mathpost.teaching.workbook.meaning.words import Words, on_the_wrong_branch,
 from mathpost.teaching.workbook.verdict.machine_causes import by_cause, explained, is_of_the_machine
 
 if TYPE_CHECKING:
+    from mathpost.teaching.workbook.report import Fault
     from mathpost.teaching.workbook.sheet.place import Place
     from mathpost.teaching.workbook.verdict.judge import Judge
+
+EXCHANGED = "most rows are right only with some headings exchanged"
+TYPED = "the word is off by more than the rounding of the numbers in its row"
+BRANCH = "the word is beyond the axis's travel, and the other branch is not"
+NO_NUMBER = "no row of a table may be without a number"
 
 
 class Tables:
@@ -46,22 +52,24 @@ class Tables:
         else:
             self.found.problems.append(text)
 
-    def judge_all(self) -> None:
-        """Add the faults of headings, branches and typed words, and name what was done to the whole table."""
+    def judged(self, faults: list[Fault]) -> list[Fault]:
+        """Return some faults with those of headings, branches and typed words; what a whole table has is named."""
         judge, short = self.judge, self.graph.short
         own: dict[Place, Any] = self.graph.own
         for place, text in (t[0].exchanged for t in self.tables if t[0].exchanged):
-            judge.faults.append(judge.fault(place, "exchanged", f"{short(place)}: {text}"))
+            faults = [*faults, judge.fault(place, "exchanged", f"{short(place)}: {text}", EXCHANGED)]
         axes = Counter(row.axis for row in self.words)
         for table in self.tables:  # beside its twin a table is on the branch that it shows
             alone = [row for row in table if axes[row.axis] == 1]
             wrong = judge_numbers(table, own) if table[0].typed else ()
-            for place, cause, message in (*wrong, *on_the_wrong_branch(alone, own)):
-                judge.faults.append(judge.fault(place, cause, f"{short(place)}: {message}"))
+            branch = on_the_wrong_branch(alone, own)
+            for rule, found in ((TYPED, wrong), (BRANCH, branch)):
+                faults += [judge.fault(p, cause, f"{short(p)}: {text}", rule) for p, cause, text in found]
         for table in self.tables:
-            judge.faults = by_cause(judge.faults, table, own)
+            faults = by_cause(faults, table, own)
         errors = {p for row in self.rows for p in row.results if p in self.graph.trees and np.isnan(own[p])}
-        errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in judge.faults)])
+        errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in faults)])
         for place in (p for p in self.found.sorted(errors) if self.graph.upstream([p]) & errors == {p}):
             text = f"{short(place)} gives no number at this tool axis"
-            judge.faults.append(judge.fault(place, "wrong value", text))
+            faults.append(judge.fault(place, "wrong value", text, NO_NUMBER))
+        return faults

@@ -1,8 +1,12 @@
-"""Where is it wrong? The earliest place where putting in the right thing makes all that follows right."""
+"""Where is it wrong? The earliest place where putting in the right thing makes all that follows right.
+
+`Where.earliest` returns the faults, and what to put where, so that what follows is judged without them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,7 +17,6 @@ from mathpost.teaching.workbook.meaning.calculation import Turn
 from mathpost.teaching.workbook.meaning.plane_angles import Plane
 from mathpost.teaching.workbook.meaning.words import Words
 from mathpost.teaching.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
-from mathpost.teaching.workbook.sheet.place import beside
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, at_samples, same
 from mathpost.teaching.workbook.sheet.tree import CONVERSIONS, ROUNDING, exact, heads
 from mathpost.teaching.workbook.verdict.sampled import as_window
@@ -21,12 +24,14 @@ from mathpost.teaching.workbook.verdict.why import UNEXPLAINED
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.meaning.calculation import Calculation
+    from mathpost.teaching.workbook.report import Fault
     from mathpost.teaching.workbook.sheet.place import Line, Place
     from mathpost.teaching.workbook.sheet.samples import Values
     from mathpost.teaching.workbook.verdict.judge import Judge
 
 TURNING = {"SIN", "COS", "TAN"}
 AT_ONCE = 16  # options that are tried side by side
+EARLIEST = "it is the earliest cell whose repair makes all results that follow from it right"
 Each = TypeVar("Each")
 
 
@@ -38,8 +43,8 @@ class Where:
 
     def earliest(
         self, calculation: Calculation, targets: Values, bad: list[Place], missed: Values
-    ) -> Values | None:
-        """The earliest repair, recorded; returns what it puts where.
+    ) -> tuple[Values, list[Fault]] | None:
+        """The earliest repair: what it puts where, and its faults.
 
         One that changes what other calculations `missed`, and does not mend it, is less likely.
         """
@@ -56,14 +61,11 @@ class Where:
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and not len(bad) == 1 < len(calculation.targets)):
             return None
-        if best[0] >= UNEXPLAINED and (place := self.typed_over(bad)):
-            self.judge.faults.append(self.judge.typed_number(place))
-            return {p: targets[p] for p in bad}
         if best[0] >= UNEXPLAINED and isinstance(calculation, Words) and not calculation.is_wrong(self.judge.now):
             return None  # an arc sine of half the sphere
-        self.judge.faults += best[3]
         mates = [q for p in best[2] for q in self.judge.graph.array(p)] if best[0] < UNEXPLAINED else ()
-        return {q: self.judge.targets[q] for q in mates if q in self.judge.targets} | best[2]
+        put = {q: self.judge.targets[q] for q in mates if q in self.judge.targets} | best[2]
+        return put, [replace(fault, rule=EARLIEST) for fault in best[3]]
 
     def _candidates(
         self, calculation: Calculation, targets: Values, bad: list[Place]
@@ -203,18 +205,6 @@ class Where:
                 break
         if isinstance(calculation, Turn):
             yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
-
-    def typed_over(self, bad: list[Place]) -> Place | None:
-        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
-        odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
-        odd -= {p for c in self.found.calculations for p in c.given}
-        odd -= self.graph.upstream(self.judge.targets.keys() - set(self.judge.bad(self.judge.targets)))
-        if self.found.task.machine:  # a constant of the machine is in no row of the table
-            odd &= {p for p in odd if any(p[:2] == place[:2] for place in bad)}
-            odd -= {p for p in odd if self.graph.trees.keys().isdisjoint(beside(p))}
-        constants = np.array([0, 1, -1, *CONVERSIONS])
-        far = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
-        return min(far, key=self.graph.calculation_order, default=None)
 
 
 def batched(options: Iterable[Each], size: int) -> Iterator[tuple[Each, ...]]:

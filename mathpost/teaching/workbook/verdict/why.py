@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from functools import lru_cache, reduce
-from itertools import combinations_with_replacement, product
-from math import comb
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.calculation import LARGEST_RADIANS, Turn
 from mathpost.teaching.workbook.meaning.plane_angles import Plane
-from mathpost.teaching.workbook.sheet.edits import INVERSE, TRIGONOMETRY, repaired
-from mathpost.teaching.workbook.sheet.formula import Area
+from mathpost.teaching.workbook.sheet.edits import INVERSE, repaired
 from mathpost.teaching.workbook.sheet.neighbours import as_around
 from mathpost.teaching.workbook.sheet.place import beside
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, same
-from mathpost.teaching.workbook.sheet.tree import areas, heads, parts_of, text_of
+from mathpost.teaching.workbook.sheet.tree import areas, heads, text_of
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.meaning.calculation import Calculation
@@ -56,30 +53,18 @@ class Why:
                 text = f"{self._named(array)}: {text}" if block and len(array) > 1 else text
                 cost = max(cost, more)
                 faults.append(self.judge.fault(place, cause, text))
-        within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.judge.targets]
         if len(unit) > 16:  # all matrices at once
             return UNLIKELY - 0.5, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             near = graph.upstream(calculation.results)
             senses = [sense for window, (sense, _) in elements.items() if not near.isdisjoint(window)]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
-        elif len(places) == 1 and self._completes_an_element(calculation, option, elements):
-            cost = 0.0  # an elementary matrix but for this cell
-        elif (len(unit) == 1 or isinstance(calculation, Plane)) and (
-            any(self.judge.stands(calculation, w) for w in within)
-            or self._spoils(calculation, option)
-            or self._is_strange(calculation, option)
-        ):
-            cost += UNLIKELY  # it may be right as it is, alone or in a matrix, or what follows from it may be
+        elif len(unit) == 1 or isinstance(calculation, Plane):
+            within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.judge.targets]
+            stands = any(self.judge.stands(calculation, w) for w in within)
+            if stands or self._spoils(calculation, option) or self._is_strange(calculation, option):
+                cost += UNLIKELY  # it may be right as it is, alone or in a matrix, or what follows from it may be
         return cost, faults
-
-    def _completes_an_element(
-        self, calculation: Calculation, option: Values, elements: dict[Line, tuple[bool, np.ndarray]]
-    ) -> bool:
-        """Whether a repair makes a matrix an elementary one."""
-        if not (elements and isinstance(calculation, Turn)):
-            return False
-        return len(self.judge.elements(calculation, option)) > len(elements)
 
     @staticmethod
     def _is_strange(calculation: Calculation, option: Values) -> bool:
@@ -123,8 +108,6 @@ class Why:
             odd |= tree[0] == "minus" and graph.form(place) in map(graph.form, beside(place))
             cause = self.reference_kind(place, other) if cause == "wrong reference" else cause
             return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
-        if len(wanted) == 1 and (term := self._missing(calculation, place, value)):  # of no array formula
-            return "missing term", f"{short}: the term {term} is missing", 0.2
         text = f"{short}: ={text_of(tree, place[0])} is not what belongs there"
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
 
@@ -145,38 +128,6 @@ class Why:
         if new.places[0] in self.found.angles:
             return "wrong angle"
         return "wrong point" if {old.places[0], new.places[0]} <= self.found.lengths else "wrong reference"
-
-    def _missing(self, calculation: Calculation, place: Place, value: np.ndarray) -> str | None:
-        """A term that is missing from a sum: a number, or a product of cells and functions of those around."""
-        graph, lacking = self.graph, value - self.judge.now(place)
-        if not np.isfinite(lacking[1:]).all():
-            return None
-        whole = graph.component[place]
-        around = [p for p in whole if len(whole) <= 16 or p[1] == place[1]]
-        used = [*(s for p in around for s in graph.uses.get(p, ())), *calculation.given]
-        pool = dict.fromkeys([*used, *(near for s in graph.uses[place] for near in beside(s))])
-        trees: list[Tree] = [
-            ("number", float(lacking[1])),
-            *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells and p != place),
-        ]
-        parts = [part for p in around for part in parts_of(graph.tree(p))]
-        trees += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
-        factors = {text_of(tree): tree for tree in trees}
-        values = np.array(
-            [np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()]
-        )
-        close = 1e-7 * (1 + np.abs(lacking[1:]).max())
-        for depth in range(1, 5):
-            if comb(len(factors) + depth - 1, depth) > 20_000:
-                break
-            chosen = _combinations(len(factors), depth)
-            last = np.abs(values[chosen, -1].prod(axis=1))  # one sample tells most apart
-            chosen = chosen[np.abs(last - abs(lacking[-1])) < close]
-            found = values[chosen].prod(axis=1)
-            off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
-            for n in np.flatnonzero(np.minimum(*off) < close)[:1]:
-                return text_of(reduce(lambda a, b: ("*", a, b), ([*factors.values()][k] for k in chosen[n])))
-        return None
 
     def of_the_block(self, calculation: Calculation, unit: Line, option: Values) -> tuple[str, str, float] | None:
         """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
@@ -206,12 +157,6 @@ class Why:
                     if same(slip, now):
                         return cause, text, 0.0
         return None
-
-
-@lru_cache(64)
-def _combinations(count: int, size: int) -> np.ndarray:
-    """So many of the numbers below `count`, in every combination with repetition, one in a row."""
-    return np.array([*combinations_with_replacement(range(count), size)])
 
 
 def _turned(matrix: np.ndarray) -> np.ndarray:
