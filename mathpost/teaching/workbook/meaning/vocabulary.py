@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-from mathpost.files import data_file
-from mathpost.toml_table import read_toml
+from mathpost.files import data_file, read_toml
 
 LETTER = "A-Za-zÀ-ÿ"
 
