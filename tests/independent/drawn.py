@@ -25,7 +25,7 @@ RADIUS = 4.9  # mm, of the body; what it cuts away is a little more
 NEAR = 0.05  # mm above the tip: what it slides over does not count
 ON_IT = 0.05  # mm beside a line that is cut
 GRID = 2.5  # mm, between the points of solids
-KINDS = {"cut": 0.02, "stock": 1.5, "fixture": 0.3}  # what may be met, and mm by which that does not count
+KINDS = {"cut": 0.1, "stock": 1.5, "fixture": 0.3}  # what may be met, and mm by which that does not count
 CYCLES = ("DRILL", "DEEP", "BRKCHP", "BORE")
 
 

@@ -8,6 +8,7 @@ they are, the slides stay in the box between both ends.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,8 @@ from mathpost.shop.post.solids import Near, in_reach, meets, within
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
 
+MOST_PARTS = 40  # of a turn that are looked at
+TIED = 1.1  # two axes move a point this much farther, at most, than one after the other
 MEETS, CLEAR, UNJUDGED, HITS = range(4)  # what is found of a way: cuts or stock, nothing, not known, a fixture
 
 
@@ -39,26 +42,27 @@ class Ways:
 def judged(kin: Kinematics, ways: Ways, rows: np.ndarray, cuts: Cuts) -> np.ndarray:
     """Return for the moves to some rows whether the tool is `CLEAR` of all around it, or `MEETS` or `HITS` it.
 
-    Of axes that arrive at their own times every order counts: that is judged while slides move, or while one rotary
-    axis turns alone; others are `UNJUDGED`. What the tool has in its body, or above, where the CL data go on is
-    theirs, and does not count, but for a fixture; if a rapid move comes there along its own axis no more than its
-    end, `BODY` mm, is.
+    Of axes that arrive at their own times every order counts; where that takes too many steps a way is `UNJUDGED`.
+    What the tool has in its body, or above, where the CL data go on is theirs, and does not count, but for a
+    fixture; if a rapid move comes there along its own axis no more than its end, `BODY` mm, is.
     """
     steps = moving(kin, ways.joints)[rows - 1]
     alone, turns = steps.sum(axis=1) == 1, steps[:, 3:].any(axis=1)
     found = np.where(steps.any(axis=1) & (cuts.ends.size > 0), UNJUDGED, CLEAR)
     cutting = np.flatnonzero((found != CLEAR) & ways.cutting[rows])
     found[cutting[~_reaches(kin, ways, rows[cutting], cuts)]] = CLEAR
-    for move in np.flatnonzero(turns & (alone | ways.straight[rows]) & (found != CLEAR)):
+    known = alone | ways.straight[rows]
+    for move in np.flatnonzero(turns & (known | ways.tcp[rows]) & (found != CLEAR)):
         found[move] = _turned(kin, ways, rows[move], cuts)
+    for move in np.flatnonzero(turns & ~known & (~ways.tcp[rows] | (found == CLEAR)) & steps.any(axis=1)):
+        found[move] = _in_any_order(kin, ways, rows[move], cuts)
     slides = np.flatnonzero((found != CLEAR) & ~turns)
     if not slides.size:
         return found
     positions, group = np.unique(ways.joints[rows[slides], 3:].round(9), axis=0, return_inverse=True)
     order = np.argsort(group, kind="stable")
     for angles, moves in zip(positions, np.split(slides[order], np.cumsum(np.bincount(group))[:-1]), strict=True):
-        straight = alone[moves] | ways.straight[rows[moves]]
-        found[moves] = _slid(kin, ways, rows[moves], straight, angles, cuts)
+        found[moves] = _slid(kin, ways, rows[moves], known[moves], angles, cuts)
     return found
 
 
@@ -78,21 +82,17 @@ def _slid(
 ) -> np.ndarray:
     """What is found of ways on which slides move alone, at some angles of the rotary axes."""
     ends = ways.joints[[rows - 1, rows], :3]
-    _, axis = kin.forward(np.r_[np.zeros(3), angles])
-    body = Body((kin.close(axis, angles) - kin.close(np.zeros(3), angles))[:3], _length(kin))
+    body = _body(kin, angles)
     of_lines = placed(kin, cuts.lines, angles)
     lowest = (ends @ body.axis).mean(axis=0) - np.abs(ends[1] - ends[0]) @ np.abs(body.axis) / 2
     found = np.where(lowest + ABOVE > (placed(kin, cuts.ends, angles) @ body.axis).max(), CLEAR, MEETS)
     boxes = of_lines.min(axis=0).T.copy(), of_lines.max(axis=0).T.copy()
     for move in np.flatnonzero(found == MEETS):
-        row, both, known = rows[move], ends[:, move], bool(straight[move])
+        both, known = ends[:, move], bool(straight[move])
         lines = body.near(both, *boxes)
         lines = lines[body.meets(both, of_lines[:, lines], known)]
-
-        def near(points: np.ndarray, margin: float, both: np.ndarray = both, known: bool = known) -> np.ndarray:
-            return body.meets(both, placed(kin, points, angles)[None], known, margin)
-
-        found[move] = _found(kin, ways, row, cuts, near, cuts.some(lines).points)
+        near = _near(kin, body, both, angles, known)
+        found[move] = _found(kin, ways, rows[move], cuts, near, cuts.some(lines).points)
     return found
 
 
@@ -111,6 +111,55 @@ def _turned(kin: Kinematics, ways: Ways, row: int, cuts: Cuts) -> int:
         return in_body(points, tips, axes, length, margin)
 
     return _found(kin, ways, row, cuts, near, cuts.points)
+
+
+def _in_any_order(kin: Kinematics, ways: Ways, row: int, cuts: Cuts) -> int:
+    """What is found of a way on which slides and rotary axes are anywhere between their ends.
+
+    The box of the slides is looked at in the middle of a part of the turn, and as much farther as the rest of that
+    part moves anything; what is not clear then is divided.
+    """
+    ends = ways.joints[[row - 1, row]]
+    slides, around = ends[:, :3], np.array([cuts.ends.min(axis=0), cuts.ends.max(axis=0)])
+    corners = np.array(list(product(*around.T)))
+    parts = [(ends[:, 3:].min(axis=0), ends[:, 3:].max(axis=0))]
+    for _ in range(MOST_PARTS):
+        low, high = parts.pop()
+        angles = (low + high) / 2
+        body, at = _body(kin, angles), placed(kin, corners, angles)
+        margin = 0.0
+        for turned in angles + np.diag(high - angles):
+            turns = np.linalg.norm(_body(kin, turned).axis - body.axis) * body.length
+            margin += TIED * (np.linalg.norm(placed(kin, corners, turned) - at, axis=1).max() + turns)
+        near = _near(kin, body, slides, angles, False, margin)
+        lowest = (slides @ body.axis).mean() - np.abs(slides[1] - slides[0]) @ np.abs(body.axis) / 2
+        above = lowest + ABOVE - margin > (at @ body.axis).max()
+        found = CLEAR if above else _found(kin, ways, row, cuts, near, cuts.points)
+        if found != CLEAR and margin < BODY / 5:
+            return found
+        if found != CLEAR:
+            widest = np.arange(len(low)) == (high - low).argmax()
+            parts += [(low, np.where(widest, angles, high)), (np.where(widest, angles, low), high)]
+        if not parts:
+            return CLEAR
+    return UNJUDGED
+
+
+def _body(kin: Kinematics, angles: np.ndarray) -> Body:
+    """The body at rotary angles, in the coordinates of the slides."""
+    _, axis = kin.forward(np.r_[np.zeros(3), angles])
+    return Body((kin.close(axis, angles) - kin.close(np.zeros(3), angles))[:3], _length(kin))
+
+
+def _near(
+    kin: Kinematics, body: Body, slides: np.ndarray, angles: np.ndarray, straight: bool, margin: float = 0.0
+) -> Near:
+    """Return what says of points whether the body is near them while slides move between two ends, (2, 3)."""
+
+    def near(points: np.ndarray, more: float) -> np.ndarray:
+        return body.meets(slides, placed(kin, points, angles)[None], straight, margin + more)
+
+    return near
 
 
 def _found(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, near: Near, points: np.ndarray) -> int:
