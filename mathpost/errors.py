@@ -25,7 +25,8 @@ class InputError(MathpostError):
 
     def __init__(self, where: str, expected: str, found: str | None) -> None:
         self.where, self.expected, self.found = one_line(where), expected, found
-        super().__init__(f"{self.where}: expected {expected}, found {found}")
+        lines = f"{self.where}: expected {expected}, found {found}".split("\n")
+        super().__init__("\n".join(map(one_line, lines)))
 
 
 class ReachError(MathpostError):

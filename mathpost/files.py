@@ -10,6 +10,7 @@ import io
 import math
 import os
 import re
+import stat
 import tomllib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
@@ -36,6 +37,8 @@ def read_bytes(path: Path | str, most: int = LARGEST) -> bytes:
     """Return the content of a file; raise `InputError` if it cannot be read or has more than `most` bytes."""
     try:
         with open(path, "rb") as file:
+            if stat.S_ISCHR(os.fstat(file.fileno()).st_mode):  # /dev/zero does not end; a pipe does
+                raise InputError(str(path), "a readable file", "a device")
             content = file.read(most + 1)
     except (OSError, ValueError) as error:  # a name with a zero in it
         raise InputError(str(path), "a readable file", getattr(error, "strerror", None) or str(error)) from None

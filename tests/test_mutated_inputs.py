@@ -149,3 +149,28 @@ def test_a_mutated_input_is_judged_or_refused_in_a_line(kind, tmp_path, capsys, 
         left = sorted(each.relative_to(folder).as_posix() for each in set(folder.rglob("*")) - before)
         assert status != 2 or kind in ("notebook", "workbook") or not left, f"{kind} {seed} left {left}: {told}"
         assert not any(re.search(r"(^|/)\.[^/]*\.[0-9a-f]{8}$", each) for each in left)
+
+
+VERIFY = ["verify", "FILE", "--machine", str(DATA / "machines/ac_table.toml"), "--dialect", "fanuc"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "said"),
+    [
+        (PROGRAM, [*VERIFY, "--skip", ""], "--skip: expected words of the machine"),
+        (PROGRAM, [*VERIFY, "--skip", "G43.4"], "a word that fanuc does not know"),
+        ("G1 X\x1b[31m\x85\nQ\x07\n", VERIFY, r"\\x1b\[31M.*\\x07"),
+        ("G0 X0 Y0 Z0 A0 C0\nG1 X" + "[" * 5000 + "1\n", VERIFY, "at most 50 brackets"),
+        ("", ["plane", "G68.2KX0 Y0 Z0 I135 J54 K-90"], "then a blank"),
+        ("", ["post", "/dev/zero", "--machine", "dmu50v"], "a readable file, found a device"),
+    ],
+)
+def test_what_an_attack_has_found_is_refused_in_a_line_that_a_terminal_shows_as_it_is(
+    text, words, said, tmp_path, capsys
+):
+    path = tmp_path / "p.nc"
+    path.write_text(text, encoding="utf-8")
+    assert main([str(path) if word == "FILE" else word for word in words]) == 2
+    told = capsys.readouterr().err
+    assert re.search(said, told) and INTERNAL not in told
+    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]", told)

@@ -284,7 +284,11 @@ def test_what_is_taken_for_granted_is_said(control, lines, said):
 
 def test_a_unit_that_nobody_states_is_said():
     _, program = ends(START.replace("G21", ""), "haas")
-    assert "no word says whether positions are mm or inches: mm" in program.assumed
+    assert "no word says whether positions are mm or inches: mm, --unit states it" in program.assumed
+    stated, program = ends(START.replace("G21", ""), "haas", unit="inch")
+    assert not any("--unit" in each for each in program.assumed)
+    np.testing.assert_allclose(stated[3], [254, 0, 127])
+    np.testing.assert_allclose(ends(START, "haas", unit="inch")[0][3], [10, 0, 5])  # G21
     with pytest.raises(InputError, match="line 1"):
         ends("0 BEGIN PGM A IN\n", "heidenhain")
     inch, _ = ends("BEGIN PGM A INCH\nL X+1 Y+0 Z+2 A+0 C+0 F9\n", "heidenhain")

@@ -8,7 +8,6 @@ import html
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--start", default="", metavar="A0,C0,…", help="where axes stand before the first block, mm and degrees")
     add("--tools", **FILE, help="lengths of the tools: CSV with number,length, or TOML with number = length")
     add("--tool-length", type=float, metavar="MM", help="of the only tool, instead of the machine file's")
+    add("--unit", choices=("mm", "inch"), help="of a program or CL data that do not state it (default mm)")
     add("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
     add("--axis-tolerance", **degrees(AXIS_TOLERANCE), help="of the tool axis; default %(default)s")
     add(
@@ -58,12 +58,11 @@ def run(options: argparse.Namespace) -> int:
     """Print what the program does; return 1 if a block is off its CL path, out of travel, or rapid in the cut."""
     origin, offsets = _origins(options.origin)
     setup = machine_file.load(options.machine).with_setup(origin=origin, tool_length=options.tool_length)
-    path = cl.read(options.cl) if options.cl else None
+    path = cl.read(options.cl, unit=options.unit) if options.cl else None
     lengths = _lengths(options.tools) if options.tools else _of_cl(path)
     text = read_bytes(options.program).decode("utf-8-sig", "replace")
-    tables = Setup(offsets, lengths, start=_start(options.start, setup))
-    words = control.load(options.dialect)
-    words = replace(words, read=words.read | {word.upper(): "skip" for word in options.skip})
+    tables = Setup(offsets, lengths, start=_start(options.start, setup), unit=options.unit)
+    words = control.load(options.dialect).skipping(options.skip, "--skip")
     found = verify(
         text, setup, words, cl=path, setup=tables, tolerance=options.tolerance,
         axis_tolerance=math.radians(options.axis_tolerance), name=options.program.name,

@@ -16,27 +16,39 @@ if TYPE_CHECKING:
 
 DEEPEST = 8  # calls within calls
 MOST_LINES = 200_000  # that calls run in all
-# Where a word goes, by its meaning: how the line begins that has the name.
+LONGEST = 40  # characters of a name that may be a number
+# Where a word goes, by its meaning: how a line begins that has a name.
 LABELS = {
-    "call O": r"[O:]0*{}(?!\d)",
-    "call N": r"N0*{}(?!\d)",
-    "call LBL": r"\d*\s*LBL\s+\"?{}\"?(?!\w)",
-    "jump N": r"N0*{}(?!\d)",
-    "jump label": r"(?:N\d+\s*)?{}:",
+    "call O": r"[O:]0*(\d+)",
+    "call N": r"N0*(\d+)",
+    "call LBL": r"\d*\s*LBL\s+\"?([^\"]*?)\"?\s*(?:;|$)",
+    "jump N": r"N0*(\d+)",
+    "jump label": r"(?:N\d+\s*)?(\w+):",
 }
+
+
+def _labels(texts: list[str], meaning: str) -> dict[str, list[int]]:
+    """The numbers of the lines that have each name."""
+    found: dict[str, list[int]] = {}
+    for number, text in enumerate(texts, 1):
+        if match := re.match(LABELS[meaning], text):
+            name = match[1] if meaning == "jump label" or len(match[1]) > LONGEST else tool_name(match[1])
+            found.setdefault(name, []).append(number)
+    return found
 
 
 def go(reader: Lines, meaning: str, values: tuple[str, ...]) -> None:
     """Run a subprogram of the same text, or jump to a line that comes later."""
     name = values[0] if meaning == "jump label" else tool_name(values[0])
-    label = re.compile(LABELS[meaning].format(re.escape(name)))
-    places = [number for number, text in enumerate(reader.texts, 1) if label.match(text)]
+    if meaning not in reader.labels:
+        reader.labels[meaning] = _labels(reader.texts, meaning)
+    places = reader.labels[meaning].get(name, [])
     if len(places) != 1:
         raise reader.error(f"one line in the program that begins as {name}", f"{len(places)}")
     if meaning.startswith("jump"):
         if reader.depth or places[0] <= reader.line:
             raise reader.error("a jump to a later line, and from no subprogram", f"one to line {places[0]}")
-        reader.awaited = label
+        reader.awaited = places[0]
         return
     count = float(values[1]) if len(values) > 1 else 1.0
     body = _section(reader, places[0])

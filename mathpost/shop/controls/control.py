@@ -12,7 +12,6 @@ import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +19,6 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.files import (
-    NUMBER,
     TomlTable,
     a_number,
     data_file,
@@ -32,7 +30,7 @@ from mathpost.files import (
     some_text,
 )
 from mathpost.machine import Machine
-from mathpost.path.modal import AUXILIARY, Command
+from mathpost.path.modal import Command
 from mathpost.shop.controls.coordinates import POSITIONING
 from mathpost.shop.controls.geometry import Group, geometry_of
 from mathpost.shop.controls.meanings import MEANINGS
@@ -47,6 +45,7 @@ from mathpost.shop.controls.phrases import (
     work_offsets_of,
 )
 from mathpost.shop.controls.variables import NAMES
+from mathpost.shop.controls.words import Words
 from mathpost.shop.plane.tilted_plane import NOTATIONS
 
 COMMANDS = (
@@ -183,6 +182,8 @@ class Control:
     def skipping(self, words: Iterable[str], where: str) -> Control:
         """Return a control that passes over some words, too; `InputError` for one that does something."""
         for word in words:
+            if not word.strip():
+                raise InputError(where, "words of the machine, such as M250", repr(word))
             match = self.words.match(word.upper())
             if match and match[0] and self.words.meaning(match)[0] != "skip":
                 meaning, found, _ = self.words.meaning(match)
@@ -216,54 +217,6 @@ class Control:
         if self.modal:
             known[self.rapid] = "rapid"
         return Words(known)
-
-
-class Words:
-    """Words with their meanings: `match` finds the one that a text begins with, the most literal of several."""
-
-    def __init__(self, known: dict[str, str]) -> None:
-        ordered = sorted(known.items(), key=lambda item: (-len(re.sub(r"{.*?}", "", item[0])), item[0]))
-        patterns = [
-            *((_pattern(word), meaning) for word, meaning in ordered),
-            (rf"{AUXILIARY.pattern}(?![\d.])", "skip"),
-        ]
-        every = re.compile("|".join(f"(?P<word{n}>{pattern})" for n, (pattern, _) in enumerate(patterns)))
-        self.match = every.match
-        places = pairwise((*every.groupindex.values(), every.groups + 1))
-        self.meanings = {  # by the group of each word: the meaning, and how many groups are in it
-            group: (meaning, following - group - 1)
-            for (group, following), (_, meaning) in zip(places, patterns, strict=True)
-        }
-
-    def meaning(self, match: re.Match) -> tuple[str, str, tuple[str, ...]]:
-        """Return the meaning of what `match` found, its text, and the texts of the fields in it."""
-        group = match.lastindex or 0
-        meaning, inside = self.meanings[group]
-        return meaning, match[0], match.groups()[group : group + inside]
-
-
-# What a word of a control's file may contain: a number, a name, the name of an axis, text within brackets or
-# quotes, and the rest of the line.
-FIELDS = {
-    "": f"({NUMBER})",
-    "name": r"(\w+)",
-    "axis": r"([A-CU-Z](?:\d(?==))?)",
-    "text": r"([^()\"]*)",
-    "word": r"(\S*)",
-    "title": r"([^=]*?(?=\sQ\d|$))",
-    "two": r"(\d\d)",
-    "letters": r"(?:[^\W\d_]|\.)*",
-    "rest": "(.*)",
-}
-
-
-def _pattern(word: str) -> str:
-    """A word of a control file as a regular expression; M3 may be written M03."""
-    text = re.sub(r"\\ (?=\\{word)|(?<=word\\})\\ ", r"\\s+", re.escape(word))  # a name stands between blanks
-    text = text.replace(r"\ ", r"\s*")
-    for name, pattern in FIELDS.items():
-        text = text.replace(rf"\{{{name}\}}", pattern)
-    return re.sub(r"^([GM])(?=\d)", r"\g<1>0*", text) + (r"(?!\w)" if word[-1].isalpha() else r"(?![\d.])")
 
 
 def load(name: str | Path) -> Control:

@@ -34,6 +34,7 @@ class Setup:
     # Or those of the tools, whatever their names, in the order of their changes, mm.
     in_order: tuple[float, ...] = ()
     start: dict[str, float] = field(default_factory=dict)  # words of axes before the first block, mm and degrees
+    unit: str | None = None  # "mm" or "inch", of a program that does not state it; None: mm are assumed
 
 
 class Coordinates:
@@ -52,8 +53,7 @@ class Coordinates:
         self.offset = np.zeros(3)  # of the work offset that is called, from the first one
         self.first_offset: str | None = None
         self.tools: list[str] = []
-        # Joints X Y Z of a machine whose words name the tip, where its rotary axes are not known and the slides
-        # are.
+        # Joints X Y Z where words name the tip, the rotary axes are not known, and the slides are.
         self.standing = np.full(3, np.nan)
 
     @property

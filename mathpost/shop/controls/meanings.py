@@ -359,7 +359,7 @@ ASSUMED = {
     "maker": "{word} in line {line} goes to where the machine's maker has set it, taken to be clear of the part",
     "unplaced": "a move is judged from where all axes are known; in line {line} first one moves without "
     "that: {word}",
-    "unit": "no word says whether positions are mm or inches: mm",
+    "unit": "no word says whether positions are mm or inches: mm, --unit states it",
     "no point": "{word} in line {line} counts mm, inches or degrees, as if it had a point: {control.whole_numbers}",
 }
 MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)

@@ -93,6 +93,8 @@ def read(blocks: Sequence[Words], before: Frame | None, tool: np.ndarray | None,
     """
     first = blocks[0]
     head = first.begin(*HEADS)
+    if not head:
+        raise InputError(first.where, f"one of {', '.join(HEADS)}, then a blank", repr(first.block))
     if head in ("G68.2", "G68.4"):
         way = first.whole("P", (0, 1, 2, 3, 4), 0)
         frame, form = _WAYS[way](blocks, keep), f"p{way}"

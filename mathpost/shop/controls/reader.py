@@ -15,7 +15,7 @@ import numpy as np
 
 from mathpost.errors import InputError, MathpostError
 from mathpost.files import NUMBER
-from mathpost.machine import Machine
+from mathpost.machine import MM_PER_INCH, Machine
 from mathpost.shop.controls import calls, curves, stops, ways
 from mathpost.shop.controls.blocks import FEED, Blocks, axis_word
 from mathpost.shop.controls.control import Control, control_for
@@ -65,8 +65,6 @@ def follow(
         lines.take_all(text)
     except InputError as error:
         raise stops.with_all(error, lines) from None
-    if lines.awaited:
-        raise InputError(name, "the line that a jump goes to", "none")
     if not lines.count:
         raise InputError(name, "at least one move", "none")
     words, feeds, seconds, rapid, tcp, numbers = lines.all_kept()
@@ -100,7 +98,7 @@ class Lines(Track):
         self.pattern = plain(control.number, control.begin, self._words_behind(), self.names)
         self.speed = np.nan
         self.plane = "plane XY"
-        self.scale = 1.0
+        self.scale = MM_PER_INCH if setup.unit == "inch" else 1.0
         self.incremental = False
         self.per_turn = False
         self.absolute_centre = False
@@ -116,13 +114,14 @@ class Lines(Track):
         self.begun = ""  # of a line that goes on in the next
         self.ended = False
         self.returned = False  # from the subprogram that is called
-        self.awaited: re.Pattern[str] | None = None  # the line that a jump goes to
+        self.awaited = 0  # the line that a jump goes to
+        self.labels: dict[str, dict[str, list[int]]] = {}  # lines by their names, see `calls.LABELS`
         self.depth = self.called = 0  # of calls, now, and lines that they have run in all
         self.texts: list[str] = []  # of the program
         self.variables = Variables(control.variables, control.words)
         self.skipped: Counter[str] = Counter()
         self.dwell = 0.0
-        self.unit_stated = False
+        self.unit_stated = setup.unit is not None
         self.machines = [(0, machine)]
 
     def _words_behind(self) -> tuple[str, str]:
@@ -162,8 +161,8 @@ class Lines(Track):
     def take_line(self, raw: bytes) -> None:
         """Take one line, word by word."""
         text = raw.decode("utf-8", "surrogatepass").strip()
-        if self.awaited and self.awaited.match(text.upper()):
-            self.awaited = None
+        if self.awaited == self.line:
+            self.awaited = 0
         if self.returned or self.awaited:
             pass
         elif self.control.continued and text.endswith(self.control.continued):

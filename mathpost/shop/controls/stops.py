@@ -83,8 +83,8 @@ def _unknown(reader: Lines) -> Iterator[tuple[int, str]]:
                     return
             if match is None:
                 match = MAKERS.match(body)
-                yield number, _template(match[0] if match else body.split()[0])
-            body = body[match.end() if match else len(body.split()[0]) :].lstrip()
+                yield number, _template(match[0] if match else body.split(maxsplit=1)[0])
+            body = body[match.end() if match else len(body.split(maxsplit=1)[0]) :].lstrip()
 
 
 def _template(word: str) -> str:

@@ -17,7 +17,7 @@ from mathpost.errors import InputError
 from mathpost.files import NUMBER
 
 if TYPE_CHECKING:
-    from mathpost.shop.controls.control import Words
+    from mathpost.shop.controls.words import Words
 
 # How a control names its variables: in capital letters, as a line is read.
 NAMES = {
@@ -25,7 +25,7 @@ NAMES = {
     "Q": r"Q[LR]?\d+(?![\d.])",
     "R": r"R\d+(?![\d.])|[A-Z_]\w*",  # R parameters, and names, which have to be declared
 }
-LONGEST = 200  # characters of an expression
+LONGEST, MOST_BRACKETS = 200, 50  # characters of an expression, and its like in a line
 DIGITS = 12  # decimals of a number that takes a variable's place
 OPERATIONS: dict[type, Callable] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -65,6 +65,8 @@ class Variables:
         if self.moves_nothing(body):
             return body
         body = self.used.sub(self.number_of, body)
+        if body.count("[") > MOST_BRACKETS:
+            raise InputError("", f"at most {MOST_BRACKETS} brackets in a line", f"{body.count('[')}")
         while self.kind == "#" and (found := BRACKET.search(body)):
             body = body[: found.start()] + _text(value_of(f"{found[1] or ''}({found[2]})")) + body[found.end() :]
         if self.kind == "R" and '"' not in body:

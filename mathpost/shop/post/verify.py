@@ -54,6 +54,7 @@ class Verified:
     together: bool  # whether in rapid traverse all axes arrive together, on a line
     seconds: float  # by the time law; 0 if neither feeds nor rates are known
     records: int  # of the CL data, 0 without
+    notes: tuple[str, ...]  # how they were interpreted
     along: Along | None  # with CL data
     pace: Pace | None  # as far as it is along them
     explained: tuple[str, ...]  # sentences
@@ -126,6 +127,7 @@ class Verified:
         if skipped := self.program.skipped:
             rows.append(("skipped", ", ".join(f"{count} × {word}" for word, count in skipped.items())))
         rows += [("assumed", sentence) for sentence in self.program.assumed]
+        rows += [("CL data", note) for note in self.notes]
         rows += self._agreement()
         return "\n".join(f"{key:<10} {one_line(value)}" for key, value in rows)
 
@@ -245,7 +247,7 @@ def verify(
         name, control.name, program, joints, tips, axes, names, _outside(program, joints, kin),
         _swings(joints, names), _near_pole(axes, kin), *_ways(program, simulated, control, machine, cl, compared),
         control.rapid_interpolated,
-        _seconds(program, control), 0 if cl is None else len(cl),
+        _seconds(program, control), 0 if cl is None else len(cl), () if cl is None else cl.notes,
         compared, paces, explained,
     )  # fmt: skip
 
@@ -275,10 +277,9 @@ def _simulated(program: Program) -> Simulated:
     kin = kinematics_of(program.machines, len(blocks.words))
     joints = np.empty(blocks.words.shape)
     tips, axes = np.empty((len(kin), 3)), np.empty((len(kin), 3))
-    for machine in dict.fromkeys(kin):
-        rows = np.array([each is machine for each in kin])
-        joints[rows] = joints_of(machine, blocks[rows])
-        tips[rows], axes[rows] = machine.forward(joints[rows])
+    for each, rows in stretches(program.machines, len(kin)):
+        joints[rows] = joints_of(each, blocks[rows])
+        tips[rows], axes[rows] = each.forward(joints[rows])
     return joints, tips, axes, kin
 
 

@@ -199,7 +199,10 @@ def mark(report: FileReport, out: str | PathLike[str]) -> None:
     inspect(report.path)
     if report.path.stat().st_size > MARKED_LIMIT:
         raise InputError(str(report.path), f"at most {MARKED_LIMIT // MEGABYTE} MB to mark", "a larger workbook")
-    book, content = openpyxl.load_workbook(report.path), io.BytesIO()
+    try:
+        book, content = openpyxl.load_workbook(report.path), io.BytesIO()
+    except Exception as error:  # openpyxl raises whatever its parser meets in formats, too
+        raise InputError(str(report.path), "a workbook that can be copied", f"one that cannot ({error})") from None
     messages = {fault.cell: f"{fault.cause}: {fault.message}" for fault in report.faults}
     for judged in report.cells:
         sheet, row, column = judged.place
