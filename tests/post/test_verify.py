@@ -213,7 +213,7 @@ def test_a_strangers_rapid_move_is_held_against_every_way(after, line):
     assert judged.unjudged == ()
 
 
-@pytest.mark.parametrize(("height", "clear"), [(20, True), (10, True), (7, False), (5, False)])
+@pytest.mark.parametrize(("height", "clear"), [(20, True), (12, True), (7, False), (5, False)])
 def test_a_rapid_move_of_rotary_axes_with_slides_is_held_against_every_order(height, clear):
     """With A at 30° and C on its way, what is less than 5 mm from Y0 in the slot comes up to Z 8.3.
 
