@@ -17,7 +17,7 @@ from mathpost.path.deviation import deviation
 from mathpost.path.motion import Motion
 from mathpost.shop.controls import control, reader
 from mathpost.shop.controls.writer import MOTION_ONLY
-from mathpost.shop.post.proof import joints_of, measured
+from mathpost.shop.post.proof import measured
 from mathpost.shop.post.ways import Crossing
 from tests.conftest import DATA, FIVE_AXES, ROOT
 from tests.machines import machines
@@ -370,12 +370,11 @@ def test_a_calibration_of_micrometres_keeps_the_branch(name, blade, of):
 @pytest.mark.parametrize("dialect", control.names())
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_report_times_what_is_written(dmu50v, blade, dialect, tcp):
-    """Lifts are rapid where rapid traverse is a line, or one axis moves; others state a time or a feed."""
+    """Lifts of 20 mm are rapid on every control, as the tool is clear in every order of the axes."""
     blade = replace(blade, feeds=np.full(len(blade), 900.0))
     result = postprocess(blade, dmu50v.machine, dialect=dialect, tcp=tcp, singular="retract")
-    rapid = result.blocks.rapid[1:]
-    moving = (np.abs(np.diff(joints_of(dmu50v, result.blocks), axis=0)) > 1e-3).sum(axis=1)
-    assert rapid.any() and (control.load(dialect).rapid_interpolated or (moving[rapid] == 1).all())
+    rapid = np.flatnonzero(result.blocks.rapid)
+    assert len(rapid) > 3 and (np.diff(rapid) == 1).all()
     words, seconds = result.blocks.words, 0.0
     for start, end, stated in zip(words, words[1:], result.blocks.seconds[1:], strict=False):
         rates = np.degrees(dmu50v.machine.max_rates[3:])
