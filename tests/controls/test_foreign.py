@@ -275,6 +275,7 @@ def test_a_new_swivel_plane_deletes_what_was_programmed_before():
         ("fanuc", "T2 M6\nG0 X1. Y0. Z5.\nG1 X2. F100", "A, C stand still while a tool is changed"),
         ("fanuc", "G1 X1 F100", "X10 in line 3 counts mm, .*3401"),
         ("siemens", "G42\nG1 X1 F100", "G42"),
+        ("linuxcnc", "M428\nG1 X1 F100\nM429", "M428 in line 4 switches TCP: .* how machines are configured"),
     ],
 )
 def test_what_is_taken_for_granted_is_said(control, lines, said):

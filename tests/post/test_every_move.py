@@ -119,3 +119,17 @@ DEEP = "G21 G90 G0 X0. Y0. Z5. A0. C0.\nG1 Z-2. F300.\nX50.\nG0 Z5.\n"
 def test_what_was_cut_before_is_air(control, text, line):
     judged = verify(DEEP + text, TABLE, control)
     assert [judged.line(block) for block in judged.unsure] == ([] if line is None else [line]), judged
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize(("dialect", "change"), [("fanuc", "G0 G53 Z390."), ("heidenhain", "L Z+390 R0 FMAX M91")])
+def test_a_tool_change_loads_the_tool(dialect, change, tcp):
+    """Without a word for that the control goes on with the length of the tool before."""
+    part = cl.parse(
+        "LOAD/TOOL,1,LENGTH,120\nFEDRAT/500\nGOTO/0,0,60\nLOAD/TOOL,2,LENGTH,80\nFEDRAT/500\nGOTO/9,0,60"
+    )
+    own = replace(TABLE, program_head=(HEAD[dialect],), tool_change=(change,))
+    with pytest.raises(
+        MathpostError, match=r"\[program\] tool_change: expected a word that loads the tool of 80 mm"
+    ):
+        postprocess(part, own, dialect=dialect, tcp=tcp)

@@ -353,6 +353,7 @@ ASSUMED = {
     "spatial angles": "the angles of line {line} ({word}) are those of PLANE SPATIAL, not of the rotary axes",
     "p4": "the signs of the projected angles of line {line} ({word}): both right-handed",
     "g68_3": "Z is the vertical of line {line} ({word}), which a parameter says",
+    "configured": "{word} in line {line} switches TCP: that is not the control's, but how machines are configured",
     "tool change": "{word} stand still while a tool is changed, first before line {line}",
     "reference point": "{word} goes to a reference point clear of the part, first in line {line}: "
     "home in [linear] of the machine file does not say where it is",
@@ -366,7 +367,7 @@ MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
 OTHERS = ("skip", *LABELS, "end of section", "return", "argument", "flow", "zero", "tool", "tool number", "length",
           "speed", "work offset", "dwell seconds", "dwell milliseconds", "dwell turns",
-          "TCP on", "TCP off", "TCP on with vectors",
+          "TCP on", "TCP off", "TCP on with vectors", "TCP on as configured", "TCP off as configured",
           "plane angle", "absolute axis", "incremental axis")  # fmt: skip
 # How a plane is gone to: words that a line without a plane has no use for.
 POSITIONING = ("turn", "move", "stay", "higher position", "lower position")

@@ -280,7 +280,9 @@ class Lines(Track):
             self.wait(seconds(meaning, values[0]))
         elif meaning.startswith("TCP "):
             self.vectors = meaning == "TCP on with vectors"
-            self.at.change(tcp=meaning != "TCP off")
+            self.at.change(tcp=not meaning.startswith("TCP off"))
+            if meaning.endswith("as configured"):
+                self.note("configured", word)
         elif meaning == "plane angle":
             if word[0] not in self.plane_angles:
                 raise self.error(f"a tilted plane that {word[0]} turns to", "none")

@@ -16,7 +16,7 @@ import numpy as np
 from mathpost.path.deviation import levers
 from mathpost.shop.post.body import ABOVE, AROUND, BODY, LEAST_BODY, MANY_POINTS, Body, in_body, moving
 from mathpost.shop.post.cuts import Cuts
-from mathpost.shop.post.solids import Near, in_reach, meets, within
+from mathpost.shop.post.solids import LEAST, Near, in_reach, meets, within
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
@@ -134,7 +134,8 @@ def _in_any_order(kin: Kinematics, ways: Ways, row: int, cuts: Cuts) -> int:
         near = _near(kin, body, slides, angles, False, margin)
         lowest = (slides @ body.axis).mean() - np.abs(slides[1] - slides[0]) @ np.abs(body.axis) / 2
         above = lowest + ABOVE - margin > (at @ body.axis).max()
-        found = CLEAR if above else _found(kin, ways, row, cuts, near, cuts.points)
+        least = max(LEAST, margin / 2)
+        found = CLEAR if above else _found(kin, ways, row, cuts, near, cuts.points, least)
         if found != CLEAR and margin < BODY / 5:
             return found
         if found != CLEAR:
@@ -162,9 +163,11 @@ def _near(
     return near
 
 
-def _found(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, near: Near, points: np.ndarray) -> int:
+def _found(
+    kin: Kinematics, ways: Ways, row: int, cuts: Cuts, near: Near, points: np.ndarray, least: float = LEAST
+) -> int:
     """What is found of the way to a row, near which the body may have some of the cuts' points, (n, 3)."""
-    if any(meets(solid, near, lambda points: np.ones(len(points), bool)) for solid in cuts.fixture):
+    if any(meets(solid, near, lambda points: np.ones(len(points), bool), least) for solid in cuts.fixture):
         return HITS
     if ways.cutting[row]:
         return CLEAR
@@ -175,7 +178,7 @@ def _found(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, near: Near, points
     points = points[near(points, 0.0)]
     if cuts.stock:  # of what is cut, the rest is air
         points = points[within(cuts.stock, points)]
-    met = there(points).any() or any(meets(solid, near, there) for solid in cuts.stock)
+    met = there(points).any() or any(meets(solid, near, there, least) for solid in cuts.stock)
     return MEETS if met else CLEAR
 
 

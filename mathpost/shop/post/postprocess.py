@@ -178,6 +178,10 @@ def _as_run(plans: list[Plan], program: Program, own: dict[int, str]) -> tuple[l
     row = 0
     for each in plans:
         starts.append(begins(program, each, row, own))
+        held = [machine for first, machine in program.machines if first <= starts[-1]][-1].tool_length
+        if held != (length := each.path.kin.machine.tool_length):
+            place = f"{each.path.kin.machine.name}, [program] tool_change"
+            raise InputError(place, f"a word that loads the tool of {length:g} mm", f"that of {held:g} mm")
         others += range(row, starts[-1])
         moves, row = as_run(each.path, each.moves, program, starts[-1])
         found.append(replace(each, moves=moves))

@@ -53,10 +53,13 @@ def nearest(solid: Solid, points: np.ndarray) -> np.ndarray:
     return start + inside + beside * np.minimum(1, solid.radius / np.maximum(far, 1e-12))
 
 
-def meets(solid: Solid, near: Near, there: Callable[[np.ndarray], np.ndarray]) -> bool:
+def meets(
+    solid: Solid, near: Near, there: Callable[[np.ndarray], np.ndarray], least: float = LEAST
+) -> bool:  # fmt: skip
     """Whether any point of a solid that is still `there` may be in the body.
 
-    Of what is left of it a layer thinner than `LEAST` mm may be lost.
+    Of what is left of it a layer thinner than `LEAST` mm may be lost. Where the smallest cubes are larger, `least`,
+    what is not known by then counts as met.
     """
     box = corners(solid)
     size = LEAST * 2.0 ** np.ceil(np.log2(np.ptp(box, axis=0).max() / LEAST + 2))
@@ -68,8 +71,8 @@ def meets(solid: Solid, near: Near, there: Callable[[np.ndarray], np.ndarray]) -
         points = points[near(points, 0.0)]
         if len(points) and there(points).any():
             return True
-        if not len(middles) or size <= LEAST:
-            return False
+        if not len(middles) or size <= least:
+            return len(middles) > 0 and least > LEAST
         if len(middles) > MOST / len(EIGHTHS):
             return True
         middles = (middles[:, None] + size * EIGHTHS).reshape(-1, 3)
