@@ -6,6 +6,7 @@ import pytest
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.teaching.workbook import Homework, Reference, check_folder, mark
+from mathpost.teaching.workbook.sheet.graph import Graph
 
 FEED = {"A1": "vc", "B1": 180, "A2": "D", "B2": 16, "A3": "fz", "B3": 0.08, "A4": "z", "B4": 4,
         "A6": "n", "B6": "=B1*1000/(PI()*B2)", "A7": "vf", "B7": "=B6*B3*B4"}  # fmt: skip
@@ -188,3 +189,27 @@ def test_a_direction_is_one_at_every_sample(saved):
     wrong = BY_RODRIGUES | {"B9": "=B3*B5+(C1*D3+D1*C3)*B6+B1*B7*(1-B5)"}
     report = compared(saved, BY_QUATERNION, wrong)
     assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!B9"), report
+
+
+def test_the_work_grows_as_the_rows_do(saved, monkeypatch):
+    """Many results, some of them controls that give the same whatever the inputs are."""
+    made, begin = [], Graph.__init__
+    monkeypatch.setattr(Graph, "__init__", lambda self, *given: (made.append(self), begin(self, *given))[1])
+    work = {}
+    for count in (50, 200):
+        cells = {
+            "A1": "angle",
+            "B1": 25,
+            "C1": "=COS(RADIANS(B1))",
+            "D1": "=SIN(RADIANS(B1))",
+            "A2": "x",
+            "B2": "y",
+        }
+        for row in range(3, 3 + count):
+            cells |= {f"A{row}": 1.5 * row, f"B{row}": 2.5 + row % 7, f"C{row}": f"=$C$1*A{row}-$D$1*B{row}"}
+            cells |= {f"D{row}": f"=$D$1*A{row}+$C$1*B{row}"}
+            cells |= {f"E{row}": f"=SUMSQ(C{row}:D{row})/SUMSQ(A{row}:B{row})"}
+        made.clear()
+        assert compared(saved, cells, cells).verdict == "right"
+        work[count] = sum(graph.work for graph in made)
+    assert work[200] < 6 * work[50]

@@ -8,7 +8,7 @@ from tests.reference.pairs import LATER, SUBJECTS, agreeing_ways, pair
 
 FEW = [(name, 0) for name in SUBJECTS] + [
     ("bolts", 2), ("inverse", 6), ("inverse", 9), ("offset", 4), ("regression", 4), ("tilt", 4), ("units", 3),
-    ("units", 9), ("frame", 1), ("plane3", 0), ("chain", 1), ("gear", 3),
+    ("units", 9), ("frame", 1), ("plane3", 0), ("chain", 1), ("gear", 3), ("sinebar", 2),
 ]  # fmt: skip
 SEEDS = 10  # of each subject, by the profile "many"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -71,7 +71,9 @@ class Reference:
         if not sheet.trees.keys() - sheet.messages:
             raise InputError(str(self.path), "a reference with formulas", "numbers alone")
         named = None if asked.results is None else self._places("results", asked.results)
-        self.results = named or [p for p in sheet.ends() if not self._is_control(p)] or sheet.ends()
+        ends = sheet.ends()
+        controls = set() if named else self._controls(ends)
+        self.results = named or [p for p in ends if p not in controls] or ends
         for place in self.results:
             if place not in sheet.trees or place in sheet.messages:
                 raise InputError(f"{self.path}, {sheet.address(place)}", "a result, a formula", "none")
@@ -86,15 +88,14 @@ class Reference:
         areas = [self.sheet.named(f"{self.path.name}, {name}", text) for text in addresses]
         return list(dict.fromkeys(place for area in areas for place in area.places))
 
-    def _is_control(self, place: Place) -> bool:
-        """Whether a formula gives the same whatever the inputs are, as the difference of two equal lengths does."""
-        sheet = self.sheet
-        inputs = [p for p in sheet.numbers_typed if p in sheet.upstream([place])]
-        if not inputs:
-            return False
-        empty = Matched({p: [p] for p in inputs})
-        value = at_samples(Comparison(sheet, [place], sheet, empty).ours[place])
-        return bool(np.isfinite(value).all() and agree(value, np.full_like(value, value[0])))
+    def _controls(self, ends: Sequence[Place]) -> set[Place]:
+        """The formulas that give the same whatever the inputs are, as the difference of two equal lengths does."""
+        sheet, before = self.sheet, self.sheet.upstream(ends)
+        inputs = {p: [p] for p in sheet.numbers_typed if p in before}
+        ours = Comparison(sheet, ends, sheet, Matched(inputs)).ours if inputs else {}
+        values = {p: at_samples(ours[p]) for p in ends if p in ours}
+        same = [p for p, v in values.items() if np.isfinite(v).all() and agree(v, np.full_like(v, v[0]))]
+        return {p for p in same if not inputs.keys().isdisjoint(sheet.upstream([p]))}
 
     @cached_property
     def digest(self) -> str:

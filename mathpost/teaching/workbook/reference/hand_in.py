@@ -105,9 +105,8 @@ class HandIn:
 
     def _unexplained(self, result: Place, cell: Place) -> Change:
         """A cell that should be a result, is not, and no single change makes it so."""
-        ours, name, sheet = self.ours, self.ours.label(result), self.sheet
-        while sheet.tree(cell)[0] == "area" and (before := sheet.uses[cell])[0] in sheet.trees and len(before) == 1:
-            cell = before[0]  # of which it is but a copy
+        ours, name = self.ours, self.ours.label(result)
+        cell = self._source(cell)
         text = (
             f"{self.sheet.short(cell)} is not {ours.address(result)} of the reference{f' ({name})' if name else ''}"
         )
@@ -126,6 +125,13 @@ class HandIn:
                 {**values, typed[0]: np.full(1, np.nan)},
             )
         return Change(cell, "wrong value", f"{text}, and {more}", None, values)
+
+    def _source(self, cell: Place) -> Place:
+        """The formula of which a cell is but a copy."""
+        sheet = self.sheet
+        while sheet.tree(cell)[0] == "area" and (before := sheet.uses[cell])[0] in sheet.trees and len(before) == 1:
+            cell = before[0]
+        return cell
 
     def _add(self, change: Change) -> None:
         sheet, place = self.sheet, change.place
@@ -155,7 +161,8 @@ class HandIn:
         gone = [p for p in self.ours.order if p not in self.ours.messages and p not in comparison.asked]
         gone = [p for p in gone if comparison.varies(p) and not comparison.index.find(comparison.ours[p])]
         steps = Dictionary((p, comparison.ours[p]) for p in gone)
-        ends = [p for p in comparison.ends if p not in sheet.part and comparison.theirs[p] not in comparison.known]
+        ends = [self._source(p) for p in comparison.ends]
+        ends = [p for p in ends if p not in sheet.part and comparison.theirs[p] not in comparison.known]
         for end in ends[:MOST_FAULTS] if gone else ():
             for change in edited(comparison, [end], at_samples(comparison.theirs[end]), {}):
                 if steps.find(change.values[end]):
