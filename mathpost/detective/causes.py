@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from itertools import permutations
+from itertools import permutations, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 
 STEP, LEAST = 0.04, 0.6  # of the cost: less for each thread in which a cause was found, and no less than this
 CAUSES = read_toml(Path(__file__).with_name("causes.toml"))
+NUMBER = (  # of one axis and of two, in a sentence
+    {"turns": "turns", "sign": "sign", "is": "is", "word": "word", "it": "it"},
+    {"turns": "turn", "sign": "signs", "is": "are", "word": "words", "it": "they"},
+)
 COST = {name: max(1.0 - STEP * len(cause["seen"]), LEAST) for name, cause in CAUSES.items()}
 
 
@@ -147,7 +151,7 @@ def causes(machine: Machine) -> list[Slip]:
     >>> [cause.phrase for cause in causes(load_machine("head_b_table_c"))][:2]
     ['C turns the other way', 'B turns the other way']
     """
-    found = [*_rotary(machine, False), *_chain(machine), *_points(machine), *_tool(machine), *_answer()]
+    found = [*_rotary(machine, "machine"), *_chain(machine), *_points(machine), *_tool(machine), *_answer()]
     return sorted(found, key=lambda cause: cause.cost)
 
 
@@ -156,52 +160,28 @@ def causes_of_words(machine: Machine) -> list[Slip]:
 
     The tool axis that they were made for may be a different one, too.
     """
-    found = [*_rotary(machine, True), *_tool_axis()]
+    found = [*_rotary(machine, "word"), *_tool_axis()]
     return sorted(found, key=lambda cause: cause.cost)
 
 
-def _rotary(machine: Machine, words: bool) -> Iterator[Slip]:
-    """Sense, zeros, units and names of rotary axes: of a machine that has the words, or of the words themselves."""
+def _rotary(machine: Machine, told: str) -> Iterator[Slip]:
+    """Sense, zeros, units and names of rotary axes, told of the "machine" that has the words, or of each "word"."""
     names = [each.name for each in machine.rotary]
-    together, degree = " and ".join(names), float(np.degrees(1))
-    each_and_all: list[tuple[tuple[int, ...], str, str, str]] = [
-        ((n,), name, "is", "") for n, name in enumerate(names)
-    ]
+    for (cause, content), which in product(CAUSES.items(), [(0,), (1,), (0, 1)]):
+        for way in content.get("rotary", []):
+            if which[-1] < len(names) and told in way and (len(which) == 1 or "both" in way):
+                more = way.get("more", 0.0) + way.get("both", 0.0) * (len(which) - 1)
+                phrase = way[told].format(" and ".join(names[n] for n in which), **NUMBER[len(which) - 1])
+                yield slip(cause, phrase, more, partial(_meant, way=way, which=which))
     if len(names) > 1:
-        each_and_all.append(((0, 1), together, "are", "s"))
-    for which, name, verb, plural in each_and_all:
-        turned = f"{name} turn{'' if plural else 's'} the other way"
-        sign = f"the sign{plural} of {name} {verb} reversed"
-        yield slip("reversed", sign if words else turned, 0.1 * bool(plural), _times(-1, which))
-        less = (
-            f"{name} {verb} multiplied by 25.4, as if {'they' if plural else 'it'} were inches"
-            if words
-            else f"the word{plural} {name} {verb} taken for mm and divided by 25.4"
-        )
-        more = (
-            f"{name} {verb} divided by 25.4, as if {'they' if plural else 'it'} were mm in a program in inches"
-            if words
-            else f"the word{plural} {name} {verb} taken for inches and multiplied by 25.4"
-        )
-        yield slip("inch", less, 0.0, _times(1 / MM_PER_INCH, which))
-        yield slip("inch", more, 0.0, _times(MM_PER_INCH, which))
-        said = f"{name} {verb} written in radians" if words else f"the degrees of {name} are taken for radians"
-        yield slip("radians", said, 0.0, _times(degree, which))
-        if not words:
-            yield slip("radians", f"{name} {verb} converted to radians twice", 0.2, _times(1 / degree, which))
-            yield slip("left-out", f"{name} {verb} left out", 0.0, _times(0.0, which))
-    for n, name in enumerate(names):
-        for degrees in (180.0, 90.0, -90.0):
-            zero = tuple((-degrees if words else degrees) * (n == other) for other in range(len(names)))
-            phrase = f"{name} is off by {degrees:+g} degrees"
-            yield slip("zero", phrase, 0.1 * (degrees != 180), setting(zero=zero))
-    if len(names) > 1:
-        phrase = f"{together} stand in each other's place"
+        phrase = f"{' and '.join(names)} stand in each other's place"
         yield slip("names", phrase, 0.0, lambda s: replace(s, source=s.source[::-1]))
 
 
-def _times(factor: float, which: tuple[int, ...]) -> Callable[[Setup], Setup]:
-    return lambda setup: setup.times(factor, *which)
+def _meant(setup: Setup, way: dict[str, Any], which: tuple[int, ...]) -> Setup:
+    """Return the setup in which rotary words mean something else."""
+    zero = tuple(way["degrees"] * (n in which) for n in range(len(setup.zero))) if "degrees" in way else setup.zero
+    return replace(setup.times(way.get("factor", 1.0), *which), zero=zero)
 
 
 def _chain(machine: Machine) -> Iterator[Slip]:

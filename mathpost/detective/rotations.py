@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,10 +38,11 @@ def explain_rotation(
 ) -> Explanation:
     """Return how `given` must be misread to be the rotation `answer`, the simplest first; right if they are equal.
 
-    Both have 3, 4 or 9 numbers as above. `sequence` names the axes of the angles, in upper case about the turned,
-    in lower case about the fixed axes; `answer_sequence` those of the answer, by default the same. Strings keep the
-    zeros that tell the precision. A matrix that is no rotation to its digits explains nothing, and the note says
-    why; `InputError` for other counts of numbers, or an unknown sequence.
+    Both have 3, 4 or 9 numbers as above. `sequence` names the axes of the angles, in upper case about the
+    turned, in lower case about the fixed axes; `answer_sequence` those of the answer, by default the same;
+    ``"xyzw"`` says of a quaternion that its scalar is last. Strings keep the zeros that tell the precision. A
+    matrix that is no rotation to its digits explains nothing, and the note says why; `InputError` for other
+    counts of numbers, or an unknown sequence.
 
     Examples
     --------
@@ -72,10 +74,21 @@ class _Said:
         flat = np.ravel(np.asarray(values, dtype=object))
         if len(flat) not in KINDS:
             raise InputError(where, "3 angles, 4 numbers of a quaternion or 9 of a matrix", f"{len(flat)}")
-        euler.matrix(sequence, (0, 0, 0))  # refuses an unknown one
+        if len(flat) == 4 and sequence == "xyzw":
+            flat = np.roll(flat, 1)
+        else:
+            euler.matrix(sequence, (0, 0, 0))  # refuses an unknown one
         rotation = read(sequence if len(flat) == 3 else KINDS[len(flat)], flat)
         half = half_digit(flat) * {3: 3 * np.pi / 180, 4: 4, 9: 1}[len(flat)]
         return cls(flat.astype(float), sequence, rotation, half * (1 + 1e-6) + 1e-9)
+
+    @property
+    def orders(self) -> list[tuple[tuple[Slip, ...], int]]:
+        """The ways to read a quaternion: the slips of each, and how far its numbers are to be rolled."""
+        others = [(1, "x y z w, scalar last", 0.0), (-1, "y z w x", 0.5)]
+        others = [(-1, "w x y z, scalar first", 0.0)] if self.sequence == "xyzw" else others
+        said = [((slip("quaternion", f"the quaternion is written {order}", more),), n) for n, order, more in others]
+        return [((), 0), *said * (len(self.numbers) == 4)]
 
     def matrix(self, sequence: str) -> np.ndarray:
         """Its matrix, if the angles were about the axes of another sequence."""
@@ -129,22 +142,18 @@ def _of_angles(given: _Said) -> Ways:
 
 def _of_numbers(given: _Said) -> Ways:
     """The ways to read a quaternion or a matrix."""
-    orders: list[tuple[Slip, ...]] = [()]
-    if len(given.numbers) == 4:
-        orders += [(slip("quaternion", f"the quaternion is written {said}", more),) for said, more in
-                   (("x y z w, scalar last", 0.0), ("y z w x", 0.5))]  # fmt: skip
-    ways = [(shift, inverted) for shift in range(len(orders)) for inverted in (False, True)]
+    ways = list(product(given.orders, (False, True)))
     inverse = (slip("transposed", "it is the inverse, the transposed matrix"),)
 
-    def matrix(numbers: np.ndarray, shift: int, inverted: bool) -> np.ndarray:
+    def matrix(numbers: np.ndarray, order: tuple[tuple[Slip, ...], int], inverted: bool) -> np.ndarray:
         quaternion = len(numbers) == 4
-        made = euler.from_quaternion(np.roll(numbers, (0, 1, -1)[shift])) if quaternion else given.rotation.matrix
+        made = euler.from_quaternion(np.roll(numbers, order[1])) if quaternion else given.rotation.matrix
         return made.T if inverted else made
 
     def match(n: int, further: tuple[Slip, ...]) -> Match:
-        shift, inverted = ways[n]
-        slips = (*orders[shift], *inverse * inverted, *further)
-        return Match(slips, "", lambda numbers: matrix(numbers, shift, inverted), right="the same rotation")
+        order, inverted = ways[n]
+        slips = (*order[0], *inverse * inverted, *further)
+        return Match(slips, "", lambda numbers: matrix(numbers, order, inverted), right="the same rotation")
 
     return np.array([matrix(given.numbers, *way) for way in ways]), match
 
@@ -152,10 +161,9 @@ def _of_numbers(given: _Said) -> Ways:
 def _answers(answer: _Said) -> Iterator[tuple[tuple[Slip, ...], np.ndarray]]:
     """The ways to read the answer."""
     yield (), answer.rotation.matrix
-    if len(answer.numbers) == 4:
-        stored = slip("quaternion", "the quaternion is written x y z w, scalar last")
-        yield (stored,), read("xyzw", answer.numbers).matrix
-    elif len(answer.numbers) == 3:
+    for slips, roll in answer.orders[1:2]:
+        yield slips, read("wxyz", np.roll(answer.numbers, roll)).matrix
+    if len(answer.numbers) == 3:
         for each in frame_wordings(answer.sequence).values():
             if [slip.kind for slip in each[0].slips] == ["intrinsic"]:
                 yield _in_the_answer(each[0].slips[0]), answer.matrix(answer.sequence.swapcase())

@@ -132,3 +132,10 @@ def test_axes_exchanged_in_a_cycle_are_named(order, which):
     said = str(explain_rotation(first.round(6), second.round(6)))
     assert which in said and f"x y z of the second are {' '.join(order)} of the first" in said
     assert "cycle" not in str(explain_rotation(first.round(6), np.round(first @ first, 6)))
+
+
+def test_a_result_whose_scalar_is_known_to_be_last():
+    stored = Rotation.from_euler("ZYX", [30, 20, 10], degrees=True).as_quat().round(6)
+    assert explain_rotation([30, 20, 10], stored, sequence="ZYX", answer_sequence="xyzw").right
+    found = explain_rotation([30, 20, 10], np.roll(stored, 1), sequence="ZYX", answer_sequence="xyzw")
+    assert found.misreadings[0].sentence == "the quaternion is written w x y z, scalar first" and not found.right

@@ -116,3 +116,8 @@ def test_the_lesson_shows_the_forms_that_the_command_reads():
     rows = [line.strip("| ").split(" | ") for line in cell.splitlines() if line.startswith("| `")]
     said = [[form[column] or "–" for column in ("words", "is", "source", "beware")] for form in FORMS.values()]
     assert rows == [[f"`{words}`", *others] for words, *others in said]
+
+
+def test_r_behind_g68_2_is_told_where_it_belongs(capsys):
+    assert main(["plane", "G68.2", "X0", "Y0", "Z0", "I0", "J30", "K0", "R30"]) == 2
+    assert "is of G68 X Y Z I J K R" in capsys.readouterr().err

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--angles", **THREE, metavar=("α", "β", "γ"), help="three Euler angles, degrees")
     add("--quaternion", nargs=4, type=number, metavar=("W", "X", "Y", "Z"), help="instead of angles")
     add("--sequence", default="ZXZ", metavar="AXES", help="of the angles: ZXZ about turned, zxz about fixed axes")
-    add("--result-sequence", metavar="AXES", help="of the angles of the result, if others")
+    add("--result-sequence", metavar="AXES", help="of the angles of the result, if others; xyzw of a quaternion")
     add("--convention", choices=("passive", "active"), help="passive, as points are "
         "read: coordinates in the turned frame; active, as a --result alone is: turned with it")  # fmt: skip
     add("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="may be given again")

@@ -67,7 +67,8 @@ class Words:
 
     def done(self) -> None:
         if rest := self.rest.split():
-            raise InputError(self.where, "no other words in a block of a plane", repr(" ".join(rest)))
+            turn = "; R, a turn about I J K, is of G68 X Y Z I J K R" if rest[0].startswith("R") else ""
+            raise InputError(self.where, f"no other words in a block of a plane{turn}", repr(" ".join(rest)))
 
 
 def lacking(texts: Sequence[str]) -> list[str]:
