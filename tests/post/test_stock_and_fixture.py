@@ -72,6 +72,14 @@ def test_rapid_moves_keep_clear_of_stock_that_is_not_cut(back, meets):
     assert not any("meets" in each for each in made(SLOT + back).report.warnings)
 
 
+@pytest.mark.parametrize("dialect", ["siemens", "fanuc", "heidenhain"])
+def test_what_the_first_record_takes_of_the_stock_is_its_own(dialect):
+    """It is a rapid one, in the stock, with a tool that leans: the way down to it is along its axis."""
+    for angle in np.radians([0, 17, 40]):
+        axis = f"0,{-np.sin(angle):.9f},{np.cos(angle):.9f}"
+        made(f"FEDRAT/500\nRAPID\nGOTO/9.06,-30.05,41.78,{axis}\nGOTO/-9,-30,30\n", dialect, stock=(STOCK,))
+
+
 def test_where_none_is_named_the_report_says_so():
     assert "stock and fixture are not known" in str(made(SLOT).report)
     assert "1 of stock, 1 of fixture" in str(made(SLOT, stock=(STOCK,), fixture=(CLAMP,)).report)

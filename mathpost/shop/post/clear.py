@@ -15,7 +15,7 @@ import numpy as np
 
 from mathpost.path.deviation import levers
 from mathpost.shop.post.body import ABOVE, AROUND, BODY, LEAST_BODY, MANY_POINTS, Body, in_body, moving
-from mathpost.shop.post.cuts import Cuts
+from mathpost.shop.post.cuts import BORDER, Cuts
 from mathpost.shop.post.solids import LEAST, Near, in_reach, meets, within
 
 if TYPE_CHECKING:
@@ -202,5 +202,5 @@ def _are_there(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, points: np.nda
         plunge = (
             onto == row and not ways.lifted[row] and np.linalg.norm(np.cross(tips[1] - tips[0], axes[1])) < ABOVE
         )
-        there &= ~in_body(points, tips[1:], axes[1:], BODY if plunge else np.inf)
+        there &= ~in_body(points, tips[1:], axes[1:], BODY if plunge else np.inf, BORDER)
     return there
