@@ -3,7 +3,8 @@
 Read `cl` first (the data), then `selection` (which branch and winding; `dynamic_programming` finds the cheapest,
 and among equals the one that travels least), `singular` (how near the pole) and `region` (the motions through it;
 the cubic itself is in `mathpost.sources.yu_dan`), with `motion` and `between_blocks`. `deviation` is how far a
-machine strays from the path between two poses, and the tolerances of both.
+machine strays from the path between two poses, with the default tolerances of tip and tool axis, which `post` and
+`verify` share.
 
 How APT files of several systems are read: `cl_lines` (the statements of a file), `coordinates` (the frame of the
 points), `cl_words` (the words; those without an effect are in `data/cl/words.toml`), and their effects: `modal` and

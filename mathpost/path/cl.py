@@ -158,20 +158,20 @@ def read(
     path : str or path-like
         Its words are those of `mathpost.path.cl_words`; its encoding is UTF-8, GBK or Windows-1252.
     tolerance : float
-        mm, between an arc and the chords that are made of it.
+        Chordal tolerance, mm: how far the chords that replace an arc may be from it.
     ignored : collection of str
-        Words to be taken as comments although they are hazardous or unknown; none that moves the tool.
+        Hazardous or unknown words to be taken as comments; words that move the tool are refused.
     unit : "mm" or "inch", optional
-        Of a file that has no UNITS; by default mm, and the notes say so.
+        The unit of a file without UNITS; by default mm, and the notes say so.
     feed : float, optional
-        mm/min, of the moves before the first FEDRAT.
+        The feed, mm/min, of the moves before the first FEDRAT.
 
     Raises
     ------
     InputError
         If statements are wrong, hazardous or not known: it names them all, with file and line. Or if the file
-        cannot be read, has no GOTO, or ends in one that has fewer numbers than the one before it, or if `ignored`
-        names a word that moves the tool.
+        cannot be read, has no GOTO, or its last GOTO has fewer numbers than the one before it (a truncated file),
+        or if `ignored` names a word that moves the tool.
 
     Examples
     --------

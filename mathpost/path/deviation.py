@@ -71,7 +71,8 @@ def strays(
     """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`.
 
     The tool axis is measured from the whole arc between two records, wherever on it the blocks are. Its angle to
-    the axis of `cl` at the same place is the lag, see `mathpost.path.between_blocks.axis_lag`.
+    the axis of `cl` at the same place is the axis lag (of geometry, not that of the servos), see
+    `mathpost.path.between_blocks.axis_lag`.
     """
     starts, ends = motion[:-1][moves], motion[1:][moves]
     tips = cl.at(starts.place)[0], cl.at(ends.place)[0]
@@ -127,9 +128,9 @@ def largest(
 ) -> tuple[float, int]:
     """Return how far moves stray at most, and the first such move.
 
-    ``strayed(moves)`` says it of some of them; `most`, shape (n,), is how far each can stray, from `bounds`;
-    infinite where that is not known, negative for moves that do not count. `resolution`, the error that samples may
-    miss, is added.
+    ``strayed(moves)`` returns how far some of them stray; `most`, shape (n,), is an upper bound for each, from
+    `bounds`: infinite where none is known, negative for moves to be ignored. `resolution`, the error that samples
+    may miss, is added.
     """
     if not len(most):
         return 0.0, -1

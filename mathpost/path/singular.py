@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
     from mathpost.machine import Machine
 
-CONE = np.radians(1.0)  # about the singular tool axes
+CONE = np.radians(1.0)  # about the singular tool axes; nearer, `verify` reports blocks as near the pole, too
 LEAN = np.radians(1.0)
 CLEARANCE = 20.0  # mm
 STILL = 0.01  # of a tolerance of the tool axis: a path that passes a singular axis as near as that meets it

@@ -41,9 +41,10 @@ def siemens(axis: str, step: float, error: Curve, error_down: Curve | None = Non
     the measured travel. `error` is a `mathpost.shop.measure.spline.Curve`, actual minus target, in units of `unit`
     degrees or mm, by default seconds of arc; a periodic one makes a modulo table, which ends where it begins.
 
-    One curve makes an EEC table, `$AA_ENC_COMP`: the control moves the axis *against* a positive entry, so the
-    entries are the errors themselves. A second one, for the negative direction of travel, makes two CEC tables,
-    `$AN_CEC`, from the axis onto itself. The manual's sign rule was read for EEC only: the file asks for a trial.
+    One curve makes a table of encoder error compensation (EEC, in newer manuals MSEC), `$AA_ENC_COMP`: the control
+    moves the axis *against* a positive entry, so the entries are the errors themselves. A second one, for the
+    negative direction of travel, makes two CEC tables, `$AN_CEC`, from the axis onto itself. The sign rule of EEC
+    is from the manual; that of CEC was not found, so the file asks to try the sign on the machine first.
 
     Examples
     --------

@@ -339,7 +339,7 @@ def stretches(machines: list, count: int) -> list[tuple[Kinematics, slice]]:
 
 
 def kinematics_of(machines: list, count: int) -> list[Kinematics]:
-    """Return the `Kinematics` of each of so many blocks; `machines` are pairs of a block and its machine."""
+    """Return the `Kinematics` of each of `count` blocks; `machines` are pairs of a first block and its machine."""
     found = []
     for (first, machine), (stop, _) in zip(machines, [*machines[1:], (count, None)], strict=True):
         found += [_kinematics(machine)] * (stop - first)

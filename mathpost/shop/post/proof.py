@@ -40,7 +40,7 @@ FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to thre
 class Proof:
     """How far a program, read back from its own text, is from the CL data.
 
-    Between the blocks the moves in cut count; a rapid one does not count for the tool axis.
+    Between the blocks, cutting moves are measured; of rapid ones the tip alone.
     """
 
     tip_error: float  # largest at the records, mm,

@@ -271,7 +271,7 @@ def cross(
 
 
 def keep_axis(path: ToolPath, motion: Motion, free: np.ndarray, options: Options) -> Motion:
-    """Divide the moves in cut, but those that are `free`, until the tool axis keeps to its great circle."""
+    """Divide cutting moves, but for those that are `free`, until the tool axis keeps to its great circle."""
     return follow(path.kin, path.cl, motion, options.axis_room(path.kin.machine), free=free)
 
 
@@ -404,7 +404,7 @@ def _instead_of_rapid(path: ToolPath, record: int) -> float:
 
 
 def refuse_turning_compensation(path: ToolPath, blocks: Blocks) -> None:
-    """Refuse a rotary axis that moves while the control compensates the radius of the cutter, in its X-Y plane."""
+    """Refuse rotary axes that move, a tilted head, and TCP, while the cutter radius is compensated."""
     heads = [joint.carries == "tool" for joint in path.kin.machine.rotary]
     switched = commands(blocks.remarks, "compensation")
     ends = [first for first, _ in switched[1:]] + [len(blocks.words)]

@@ -70,7 +70,7 @@ def _tilt(draft: Draft, known: Tilted, first: int, stop: int) -> None:
     tips, axes = kin.forward(joints)
     frame = Frame.from_axes(axes[0], _along_x(kin, joints[0], axes[0]), (0.0, 0.0, 0.0), "WCS", "feature")
     plane = Plane.from_frame(frame, known.notation)
-    plane = Plane(plane.notation, np.round(plane.values, 4))
+    plane = Plane(plane.notation, np.round(plane.values, control.decimals))
     direction = _direction(draft, plane, first)
     if direction is None:
         return
@@ -79,6 +79,7 @@ def _tilt(draft: Draft, known: Tilted, first: int, stop: int) -> None:
         return
     text = plane_blocks.to_text(
         plane,
+        decimals=control.decimals,
         positioning=known.positioning,
         swivel_data=known.swivel_data,
         direction=direction,

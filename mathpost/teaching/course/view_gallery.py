@@ -30,8 +30,8 @@ def gallery(
     """Several machines, turned together by two sliders, one for the rotary axis next to the workpiece, one for that
     next to the tool; their tips stay in place. Angles in degrees.
 
-    `senses` adds buttons for the sense: with −1 both axes turn against their programmed angles, as a table taken
-    for a head does.
+    `senses` adds buttons for the sense: with −1 both axes turn against their programmed angles, as when a
+    table is modelled as a head.
     """
     symbols = sp.symbols("workpiece tool sense", real=True)
     turned = symbols[2] * symbols[0], symbols[2] * symbols[1]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.path import selection
-from mathpost.path.singular import distance, from_pole, regions
+from mathpost.path.singular import CONE, distance, from_pole, regions
 from mathpost.shop import codegen
 from mathpost.teaching.draw import scene
 from mathpost.teaching.draw.arrangement import Arrangement, placing
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from mathpost.path.cl import CLData
     from mathpost.teaching.draw.part import Part
 
-CONE = np.radians(1.0)  # about the singular tool axes
 SAMPLES = 48  # of the tool in a part, between two blocks
 TOUCH = 0.01  # mm; less is the error of triangles for a round face, here and in paths.js
 IN_THE_PART = "#c0002a"

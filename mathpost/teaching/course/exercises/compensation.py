@@ -52,7 +52,7 @@ def spoilt_table() -> str:
 
 
 class Row(Name):
-    """A row of the table, by its target; what is said of a wrong one is read from that row."""
+    """A row of the table, named by its target; the feedback on a wrong one quotes that row."""
 
     def nearly(self, value: str, target: str) -> str:
         row = next(line.split(",") for line in spoilt_table().splitlines() if line.split(",")[0] == value)

@@ -138,7 +138,7 @@ def third(
 
 
 def same_choice(present: Sequence[float]) -> str:
-    """Say which position Fanuc and Heidenhain both take from here for SPB+45 on the A-C table."""
+    """Return why a `present` position is no answer, "" if it is: there both controls go the same way for SPB+45."""
     rotary = load("ac_table").machine.rotary
     for joint, angle in zip(rotary, present, strict=True):
         low, high = np.degrees(joint.limits)
