@@ -17,7 +17,6 @@ from mathpost.teaching.workbook.meaning.given import runs
 from mathpost.teaching.workbook.meaning.plane_angles import PLANE_WORDS
 from mathpost.teaching.workbook.meaning.texts import SEQUENCE, TURNS
 from mathpost.teaching.workbook.meaning.vocabulary import wording
-from mathpost.teaching.workbook.sheet.edits import take_unrounded
 from mathpost.teaching.workbook.sheet.place import offset
 from mathpost.teaching.workbook.sheet.tree import parts_of
 
@@ -95,7 +94,7 @@ def find_conversions(found: Recognised) -> Iterator[Conversion]:
             if found.by_name(angles, sequence) in used and into == sequence:
                 continue
             taken.update(line)
-            take_unrounded(graph, line)
+            graph.take_unrounded(line)
             parts = [part for p in line for part in parts_of(graph.tree(p))]
             in_degrees = any(part[0] == "DEGREES" or part == ("number", 180.0) for part in parts)
             in_degrees |= any(abs(graph.own[p] or 0.0) > LARGEST_RADIANS for p in line)

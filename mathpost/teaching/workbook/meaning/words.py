@@ -21,7 +21,6 @@ from mathpost.rotation import unit, wrap
 from mathpost.teaching.workbook.meaning.calculation import Calculation, look, nearest
 from mathpost.teaching.workbook.meaning.headings import CLOSE
 from mathpost.teaching.workbook.meaning.machine_table import Table, find_tables
-from mathpost.teaching.workbook.sheet.edits import take_unrounded
 from mathpost.teaching.workbook.sheet.place import Line
 from mathpost.teaching.workbook.sheet.samples import SAMPLES
 from mathpost.teaching.workbook.sheet.tree import heads
@@ -164,7 +163,7 @@ def rows_of(
             row.typed, row.aside, said = 2 * sum(typed) > len(typed), table.counters, ""
             rows.append(row)
         for column in zip(*(words for *_, words in table.rows), strict=True):
-            take_unrounded(graph, column)
+            graph.take_unrounded(column)
     return rows, [f"{area}: a table that is not understood" for area in left]
 
 

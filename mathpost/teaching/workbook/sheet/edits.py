@@ -23,7 +23,6 @@ from mathpost.teaching.workbook.sheet.tree import (
     parts_of,
     put,
     text_of,
-    unrounded,
     walk,
     with_areas,
 )
@@ -295,21 +294,3 @@ def _exact(part: Tree) -> Iterator[Tree]:
         yield part[1]
     if part[0] == "number" and (new := exact(part, ROUGHLY)) != part:
         yield new
-
-
-def take_unrounded(graph: Graph, places: Collection[Place], before: Iterable[Place] = ()) -> None:
-    """Take results as they are before they are rounded, if most are; and what they are copies of."""
-    own = graph.own  # of the formulas as they are
-    rounded = {p: tree for p in places if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}
-    graph.trees |= rounded if 2 * len(rounded) > len(places) else {}
-    before = {*before, *places}
-    if sources := [p for place in places for p in _copied(graph.tree(place)) if p not in before]:
-        take_unrounded(graph, dict.fromkeys(sources), before)
-
-
-def _copied(tree: Tree) -> Iterator[Place]:
-    """Yield the cells of which a formula is but a copy, either one or the other."""
-    if tree[0] == "area" and tree[1].shape == (1, 1):
-        yield tree[1].places[0]
-    for part in tree[2:] if tree[0] == "IF" else ():
-        yield from _copied(part)

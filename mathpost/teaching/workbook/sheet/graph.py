@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from mathpost.teaching.workbook.sheet.file import EMPTY
 from mathpost.teaching.workbook.sheet.formula import NotUnderstood
 from mathpost.teaching.workbook.sheet.links import Links
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, at, at_samples
-from mathpost.teaching.workbook.sheet.tree import exact, parts_of, unrounded
+from mathpost.teaching.workbook.sheet.tree import copied, exact, parts_of, unrounded
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.formula import Area, Tree
@@ -214,6 +214,15 @@ class Graph(Links):
         for place in self.trees.keys() & own.keys() - self.part.keys():
             if self.messages.issuperset(self.used.get(place, ())):
                 self.trees[place] = unrounded(self.trees[place])
+
+    def take_unrounded(self, places: Collection[Place], before: Iterable[Place] = ()) -> None:
+        """Take results as they are before they are rounded, if most are; and what they are copies of."""
+        own = self.own  # of the formulas as they are
+        rounded = {p: tree for p in places if p in own and (tree := unrounded(self.tree(p))) != self.tree(p)}
+        self.trees |= rounded if 2 * len(rounded) > len(places) else {}
+        before = {*before, *places}
+        if sources := [p for place in places for p in copied(self.tree(place)) if p not in before]:
+            self.take_unrounded(dict.fromkeys(sources), before)
 
     def cut_off(self) -> Iterator[tuple[list[Place], tuple[int, int]]]:
         """Yield the cells of array formulas that give more rows or columns than there are cells, and how many."""

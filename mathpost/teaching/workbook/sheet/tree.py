@@ -11,6 +11,7 @@ from mathpost.teaching.workbook.sheet.formula import POWER
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.formula import Area, Tree
+    from mathpost.teaching.workbook.sheet.place import Place
 
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, np.pi / 200, 200 / np.pi])
 ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
@@ -91,6 +92,14 @@ def unrounded(tree: Tree) -> Tree:
     if tree[0] == "IF":
         return (*tree[:2], *map(unrounded, tree[2:]))
     return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
+
+
+def copied(tree: Tree) -> Iterator[Place]:
+    """Yield the cells of which a formula is but a copy, either one or the other."""
+    if tree[0] == "area" and tree[1].shape == (1, 1):
+        yield tree[1].places[0]
+    for part in tree[2:] if tree[0] == "IF" else ():
+        yield from copied(part)
 
 
 def exact(tree: Tree, within: float) -> Tree:
