@@ -172,13 +172,13 @@ def _found(
     if ways.cutting[row]:
         return CLEAR
 
-    def there(points: np.ndarray) -> np.ndarray:
-        return _are_there(kin, ways, row, cuts, points)
+    def there(points: np.ndarray, border: float = BORDER) -> np.ndarray:
+        return _are_there(kin, ways, row, cuts, points, border)
 
     points = points[near(points, 0.0)]
     if cuts.stock:  # of what is cut, the rest is air
         points = points[within(cuts.stock, points)]
-    met = there(points).any() or any(meets(solid, near, there, least) for solid in cuts.stock)
+    met = there(points, 0.0).any() or any(meets(solid, near, there, least) for solid in cuts.stock)
     return MEETS if met else CLEAR
 
 
@@ -194,13 +194,18 @@ def placed(kin: Kinematics, points: np.ndarray, angles: np.ndarray) -> np.ndarra
     return kin.close(points, angles)[..., :3]
 
 
-def _are_there(kin: Kinematics, ways: Ways, row: int, cuts: Cuts, points: np.ndarray) -> np.ndarray:
-    """Whether points, (n, 3), that the body meets on the way to a row are there then, and no cut's own."""
+def _are_there(
+    kin: Kinematics, ways: Ways, row: int, cuts: Cuts, points: np.ndarray, border: float
+) -> np.ndarray:  # fmt: skip
+    """Whether points, (n, 3), that the body meets on the way to a row are there then, and no cut's own.
+
+    Its own are those in the body, or as near to it as `border`, mm: of a solid the edge of the body is met, too.
+    """
     there = ~cuts.gone(points, ways.place[row - 1])
     if (onto := ways.onto[row]) >= 0 and there.any():
         tips, axes = kin.forward(ways.joints[[row - 1, onto]])
         plunge = (
             onto == row and not ways.lifted[row] and np.linalg.norm(np.cross(tips[1] - tips[0], axes[1])) < ABOVE
         )
-        there &= ~in_body(points, tips[1:], axes[1:], BODY if plunge else np.inf, BORDER)
+        there &= ~in_body(points, tips[1:], axes[1:], BODY if plunge else np.inf, border)
     return there
