@@ -64,6 +64,11 @@ class Names(Vectors):
         named = sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3
         return tuple(cells[said.index((n,))] for n in range(3)) if named else cells
 
+    def angle_said(self, place: Place) -> int | None:
+        """Which angle the text before a cell names; None if it names none, or several."""
+        letters = {*re.findall("[αβγ]|alpha|beta|gamma", self.label(place).lower())}
+        return ("α", "β", "γ", "alpha", "beta", "gamma").index(*letters) % 3 if len(letters) == 1 else None
+
     def three(self, cells: Line) -> Line | None:
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
         if not self.is_whole:

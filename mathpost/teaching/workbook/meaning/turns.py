@@ -65,7 +65,7 @@ class Turns(Names):
             turn = Turn(triple, self._angles_of(plane, triple), point, origin, shift=shift)
             self._tell(turn, calculations, plane)
             return
-        chosen = self.three(angles) or self.three(self.sorted(self.angles))
+        chosen = self._varied(angles, triple) or self.three(angles) or self.three(self.sorted(self.angles))
         if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4:
             chosen = None  # turned more than once, and not by a vector in between
         if chosen is None or not point:
@@ -75,6 +75,14 @@ class Turns(Names):
                 self.doubts[triple] = f"{self.graph.range(triple)}: {what} not found among its inputs"
             return
         self._tell(Turn(triple, self.by_name(chosen), point, origin, shift=shift), calculations)
+
+    def _varied(self, angles: Line, triple: Line) -> Line | None:
+        """Three angles of which one, by their names, is in the row of a vector and replaces the given one."""
+        own = [p for p in angles if p[:2] == triple[0][:2]]
+        said = {p: self.angle_said(p) for p in angles}
+        rest = [p for p in angles if own and said[p] != said[own[0]]]
+        three = (*rest, *own)
+        return three if len(own) == 1 and len(three) == 3 and {*map(said.get, three)} == {0, 1, 2} else None
 
     def _angles_of(self, plane: Plane, places: Line) -> Line:
         """The cells of a plane's angles by which some places are turned, and a third one that is typed."""
@@ -123,7 +131,8 @@ class Turns(Names):
             ]
             plus = means or plus
         made = self._made_by_formulas(triple)
-        may = *plus[::-1], *used, made, *lines
+        mirrored = made if {self.graph.tree(p)[0] for p in made} == {"minus", "area"} else ()
+        may = mirrored, *plus[::-1], *used, made, *lines
         point = self._as_labelled(next(filter(None, may), ()))
         # In 4×4 an origin that moves nothing is in a matrix that is transposed by mistake.
         minus += [line for line in used if len(triple) == 4 and not any(map(set(line).intersection, slopes))]
