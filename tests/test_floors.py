@@ -1,6 +1,9 @@
 """The floors of the package: what imports what, and how small that is which was asked for."""
 
 import ast
+import re
+
+import pytest
 
 from tests.conftest import ROOT
 
@@ -62,3 +65,24 @@ def test_the_small_package_is_small():
 def test_the_folder_shows_the_floors():
     held = {name.split(".")[0] for name in MODULES if name}
     assert held == set(FLOOR) and len(held - {"__main__"}) <= 16
+
+
+@pytest.fixture(scope="module")
+def known():
+    """Names of modules, and of functions and classes in them."""
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in MODULES.values()]
+    made = {node.name for tree in trees for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    return {part for name in MODULES for part in name.split(".")} | made | {"mathpost", "data"}
+
+
+@pytest.mark.parametrize("name", sorted(name for name, path in MODULES.items() if path.name == "__init__.py"))
+def test_the_page_of_a_folder_names_its_files_and_nothing_else(name, known):
+    path = MODULES[name]
+    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    named, quoted = (
+        {part for each in re.findall(mark, text) for part in each.split(".") if "toml" not in each}
+        for mark in (r"(?<!`)`([a-z_.]+)`", r"``([a-z_.]+)``")
+    )
+    files = {each.stem for each in path.parent.glob("*.py")} - {"__init__"}
+    assert name == "" or "a file each" in text or files <= named | quoted, files - named
+    assert named <= known, named - known
