@@ -37,11 +37,12 @@ def read_bytes(path: Path | str, most: int = LARGEST) -> bytes:
     """Return the content of a file; raise `InputError` if it cannot be read or has more than `most` bytes."""
     try:
         with open(path, "rb") as file:
-            if stat.S_ISCHR(os.fstat(file.fileno()).st_mode):  # /dev/zero does not end; a pipe does
-                raise InputError(str(path), "a readable file", "a device")
-            content = file.read(most + 1)
+            is_device = stat.S_ISCHR(os.fstat(file.fileno()).st_mode)  # /dev/zero does not end; a pipe does
+            content = b"" if is_device else file.read(most + 1)
     except (OSError, ValueError) as error:  # a name with a zero in it
         raise InputError(str(path), "a readable file", getattr(error, "strerror", None) or str(error)) from None
+    if is_device:
+        raise InputError(str(path), "a file", "a device")
     if len(content) > most:
         raise InputError(str(path), f"at most {most // 2**20} MB", "more")
     return content
@@ -232,8 +233,9 @@ def write_set(
         try:
             for path, content in contents.items():
                 path = Path(os.path.realpath(path))
-                if folders:
-                    path.parent.mkdir(parents=True, exist_ok=True)
+                for folder in _missing(path.parent) if folders else ():
+                    folder.mkdir()
+                    temporary.callback(_remove_empty, folder)
                 new = path.parent / f".{path.name}.{os.urandom(4).hex()}"
                 temporary.callback(_remove, new)
                 moved.append((new, path, _write_new(new, path, content, inputs)))
@@ -274,6 +276,16 @@ def _put_back(moved: Iterable[tuple[Path, Path, bytes | None]]) -> None:
 def _remove(path: Path) -> None:
     with suppress(OSError):  # already moved into place, or never made
         path.unlink()
+
+
+def _missing(folder: Path) -> list[Path]:
+    """The folders that are not there, from the outermost to `folder`."""
+    return [each for each in (*reversed(folder.parents), folder) if not each.exists()]
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):  # it holds the files
+        folder.rmdir()
 
 
 def _may_be_replaced(path: Path, inputs: Collection[Path | str]) -> None:

@@ -7,7 +7,8 @@ import zipfile
 
 import pytest
 
-from mathpost.errors import INTERNAL
+from mathpost.errors import INTERNAL, OutputError
+from mathpost.files import write_set
 from mathpost.interface.shell.main import main
 from tests.conftest import DATA
 
@@ -162,7 +163,7 @@ VERIFY = ["verify", "FILE", "--machine", str(DATA / "machines/ac_table.toml"), "
         ("G1 X\x1b[31m\x85\nQ\x07\n", VERIFY, r"\\x1b\[31M.*\\x07"),
         ("G0 X0 Y0 Z0 A0 C0\nG1 X" + "[" * 5000 + "1\n", VERIFY, "at most 50 brackets"),
         ("", ["plane", "G68.2KX0 Y0 Z0 I135 J54 K-90"], "then a blank"),
-        ("", ["post", "/dev/zero", "--machine", "dmu50v"], "a readable file, found a device"),
+        ("", ["post", "/dev/zero", "--machine", "dmu50v"], "/dev/zero: expected a file, found a device"),
     ],
 )
 def test_what_an_attack_has_found_is_refused_in_a_line_that_a_terminal_shows_as_it_is(
@@ -174,3 +175,25 @@ def test_what_an_attack_has_found_is_refused_in_a_line_that_a_terminal_shows_as_
     told = capsys.readouterr().err
     assert re.search(said, told) and INTERNAL not in told
     assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]", told)
+
+
+def test_a_command_whose_output_is_closed_says_so(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdout", None)
+    assert main(["rotation", "zxz", "10", "20", "30"]) == 2
+    assert capsys.readouterr().err == "mathpost: standard output: closed\n"
+
+
+def test_a_set_that_cannot_be_written_leaves_no_folder(tmp_path):
+    with pytest.raises(OutputError, match="not written"):
+        write_set({tmp_path / "a/b/c": "text", tmp_path / ("x" * 300): ""}, folders=True)
+    assert not list(tmp_path.iterdir())
+    write_set({tmp_path / "a/b/c": "text"}, folders=True)
+    assert (tmp_path / "a/b/c").read_text() == "text"
+
+
+def test_a_folder_that_is_a_loop_or_a_device_is_no_class(tmp_path, capsys):
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    for place in (tmp_path / "loop", "/dev/zero"):
+        assert main(["grade", str(place), "-o", str(tmp_path / "o")]) == 2
+        assert "expected a folder of what was handed in" in capsys.readouterr().err
+    assert not list(tmp_path.glob("o.[ch]*"))

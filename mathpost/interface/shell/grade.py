@@ -1,7 +1,9 @@
 """A class's notebooks and workbooks: marks, mix-ups, what needs a look."""
 
 import argparse
+import os
 import sys
+from pathlib import Path
 
 from mathpost.errors import INTERNAL, one_line
 from mathpost.files import write_set
@@ -32,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the report; return 1 if something was not read or a verdict was edited, 2 after an internal error."""
     rules = grade.read_rules(options.rules) if options.rules else None
     report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
-    among = options.folder.resolve() in report.resolve().parents
+    among = Path(os.path.realpath(options.folder)) in Path(os.path.realpath(report)).parents
     kept = Kept(None if among else report.with_name(f"{report.name}.judged"))
     reference = None
     if options.reference is not None:

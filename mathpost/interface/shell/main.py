@@ -1,6 +1,7 @@
 """The commands, and running one of them."""
 
 import argparse
+import errno
 import gc
 import io
 import os
@@ -42,6 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if arguments is None:
             stopping.take(stopping.in_order)
             gc.disable()  # all that is loaded stays: to look through it takes a fifth of a short command
+        if sys.stderr is None:
+            sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as the process runs
+        if sys.stdout is None:  # a file that is opened would take its place
+            raise OSError(errno.EBADF, "closed")
         for stream in (sys.stdout, sys.stderr):  # names of files may be no UTF-8
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="backslashreplace")

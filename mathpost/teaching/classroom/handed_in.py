@@ -44,7 +44,7 @@ def collect(folder: Path | str, unpacked: Path | str, lessons: Iterable[str] = (
     `lessons` are the stems of the lessons' file names, which are not part of a student's name.
     """
     folder, unpacked = Path(folder), Path(unpacked)
-    if zipfile.is_zipfile(folder):
+    if folder.is_file() and zipfile.is_zipfile(folder):
         unzip(folder, unpacked / "class")
         folder = unpacked / "class"
     if not folder.is_dir():

@@ -135,8 +135,10 @@ def check_folder(
     if not folder.is_dir():
         raise InputError(str(folder), "a folder", "none")
     paths = [path for path in sorted(folder.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
-    out = [Path(marked).resolve()] if marked is not None else []
-    paths = [p for p in paths if not p.name.startswith(("~$", ".")) and set(out).isdisjoint(p.resolve().parents)]
+    out = None if marked is None else Path(os.path.realpath(marked))
+    paths = [
+        p for p in paths if not p.name.startswith(("~$", ".")) and out not in Path(os.path.realpath(p)).parents
+    ]
     if not paths:
         raise InputError(str(folder), "spreadsheets", "none")
     for done, path in enumerate(paths, 1):
@@ -150,7 +152,7 @@ def check_folder(
         else:
             *row, why = row_of(report)
             if out and path.suffix.lower() == ".xlsx":
-                why = f"{why} {_marked(report, out[0] / name)}".strip()
+                why = f"{why} {_marked(report, out / name)}".strip()
             rows.append((name, *row, why))
         if progress is not None:
             progress(done, len(paths), path)
