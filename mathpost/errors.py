@@ -17,6 +17,9 @@ INTERNAL = "internal error, please report"
 class MathpostError(ValueError):
     """Every error that mathpost raises on purpose."""
 
+    def __init__(self, message: str) -> None:
+        super().__init__("\n".join(map(one_line, message.split("\n"))))
+
 
 class InputError(MathpostError):
     """Something given to mathpost is wrong: `where` (file and line or key, cell, argument), what was expected there
@@ -25,8 +28,7 @@ class InputError(MathpostError):
 
     def __init__(self, where: str, expected: str, found: str | None) -> None:
         self.where, self.expected, self.found = one_line(where), expected, found
-        lines = f"{self.where}: expected {expected}, found {found}".split("\n")
-        super().__init__("\n".join(map(one_line, lines)))
+        super().__init__(f"{self.where}: expected {expected}, found {found}")
 
 
 class ReachError(MathpostError):

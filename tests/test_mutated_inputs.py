@@ -183,6 +183,12 @@ def test_a_command_whose_output_is_closed_says_so(monkeypatch, capsys):
     assert capsys.readouterr().err == "mathpost: standard output: closed\n"
 
 
+def test_an_empty_name_is_none(capsys):
+    with pytest.raises(SystemExit):
+        main(["grade", ".", "-o", ""])
+    assert "expected a name, found an empty one" in capsys.readouterr().err
+
+
 def test_a_set_that_cannot_be_written_leaves_no_folder(tmp_path):
     with pytest.raises(OutputError, match="not written"):
         write_set({tmp_path / "a/b/c": "text", tmp_path / ("x" * 300): ""}, folders=True)
