@@ -14,15 +14,15 @@ from mathpost.files import text_of, typed_number, write_text
 OUTPUT = ("-o", "--output")
 
 
-def path(text: str) -> Path:
+def a_path(text: str) -> Path:
     """Return a path; an empty one, as of a variable that a script has not set, is none."""
     if not text:
         raise argparse.ArgumentTypeError("expected a name, found an empty one")
     return Path(text)
 
 
-FILE: dict[str, Any] = {"type": path, "metavar": "FILE"}
-MACHINE: dict[str, Any] = {"type": path, "metavar": "MACHINE", "help": "machine file, TOML"}
+FILE: dict[str, Any] = {"type": a_path, "metavar": "FILE"}
+MACHINE: dict[str, Any] = {"type": a_path, "metavar": "MACHINE", "help": "machine file, TOML"}
 LANGUAGE: dict[str, Any] = {"choices": ("en", "zh"), "default": "en", "help": "of the table"}
 
 

@@ -14,6 +14,7 @@ import ipywidgets as widgets
 from mathpost.errors import InputError
 from mathpost.files import write_bytes
 from mathpost.interface.shell.main import option_actions
+from mathpost.interface.shell.options import a_path
 from mathpost.shop.controls import control
 from mathpost.teaching.classroom.handed_in import unzip
 from mathpost.teaching.course.lesson_data import data
@@ -203,7 +204,7 @@ def options(command: str, values: dict[str, Any]) -> dict[str, Option]:
     found = {}
     for action in option_actions(command):
         if "-o" not in action.option_strings and action.metavar != "OUT" and action.dest != "json":
-            is_file = action.type is Path or action.metavar in NAMED
+            is_file = action.type is a_path or action.metavar in NAMED
             kind: Callable[..., Option] = FileOption if is_file else Option
             found[action.dest] = kind(action, values.pop(action.dest, None))
     if values:

@@ -54,7 +54,7 @@ class Verified:
     together: bool  # whether in rapid traverse all axes arrive together, on a line
     seconds: float  # by the time law; 0 if neither feeds nor rates are known
     records: int  # of the CL data, 0 without
-    notes: tuple[str, ...]  # how they were interpreted
+    notes: tuple[str, ...]  # what was made of them
     along: Along | None  # with CL data
     pace: Pace | None  # as far as it is along them
     explained: tuple[str, ...]  # sentences
@@ -127,7 +127,7 @@ class Verified:
         if skipped := self.program.skipped:
             rows.append(("skipped", ", ".join(f"{count} × {word}" for word, count in skipped.items())))
         rows += [("assumed", sentence) for sentence in self.program.assumed]
-        rows += [("CL data", note) for note in self.notes]
+        rows += [("made of it", "; ".join(self.notes))] * bool(self.notes)
         rows += self._agreement()
         return "\n".join(f"{key:<10} {one_line(value)}" for key, value in rows)
 
