@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from mathpost.errors import MathpostError, internal
+from mathpost.errors import MathpostError, internal, one_line
 from mathpost.interface.shell import stopping
 
 COMMANDS = {  # each a file of this folder, with a line of help
@@ -86,7 +86,8 @@ def _refused(error: BaseException) -> int:
         return 0
     elif isinstance(error, OSError):  # standard output is closed, or its disk is full
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
-        print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
+        place = "standard output" if error.filename is None else one_line(str(error.filename))  # too long a name
+        print(f"mathpost: {place}: {error.strerror or error}", file=sys.stderr)
     elif isinstance(error, Exception):
         print(f"mathpost: {internal(error)}", file=sys.stderr)
     else:
