@@ -57,8 +57,8 @@ class Along:
 
 
 @dataclass(frozen=True)
-class Moves:
-    """How the machine comes to the ends of its n blocks."""
+class Reached:
+    """A program as it runs: how the machine comes to the ends of its n blocks."""
 
     joints: np.ndarray  # shape (n, 5), mm and radians, at the ends
     kin: list[Kinematics]  # of each block
@@ -67,7 +67,7 @@ class Moves:
 
 
 def along(
-    tips: np.ndarray, axes: np.ndarray, cl: CLData, *, tip: float, axis: float, moves: Moves | None = None
+    tips: np.ndarray, axes: np.ndarray, cl: CLData, *, tip: float, axis: float, moves: Reached | None = None
 ) -> Along:
     """Return a program, given by tips and tool axes at the ends of its n blocks, (n, 3), along its CL path.
 
@@ -223,7 +223,7 @@ def _nearest(
     return Off(int(block), float(record), float(far[near]), float(lean[near]), "position")
 
 
-def _way_off(run: Moves, cl: CLData, tip: float, axis: float, place: np.ndarray) -> tuple[Off | None, np.ndarray]:
+def _way_off(run: Reached, cl: CLData, tip: float, axis: float, place: np.ndarray) -> tuple[Off | None, np.ndarray]:
     """The first move between two blocks on the path that strays from it, and how far those before it stray."""
     on = ~np.isnan(place)
     skipped = _inside(place[:-1], place[1:])

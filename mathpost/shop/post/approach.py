@@ -16,7 +16,8 @@ from mathpost.sources.yu_dan import lifted
 
 if TYPE_CHECKING:
     from mathpost.path.selection import Selection
-    from mathpost.shop.post.steps import Plan, ToolPath
+    from mathpost.shop.post.steps import Plan
+    from mathpost.shop.post.tool_path import ToolPath
 
 
 def approaches(machine: Machine, options: Options) -> bool:

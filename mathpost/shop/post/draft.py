@@ -9,7 +9,8 @@ from mathpost.frame import Frame
 from mathpost.path.modal import Command
 from mathpost.shop.controls.blocks import Blocks, Turn
 from mathpost.shop.post.options import Options
-from mathpost.shop.post.steps import Moves, Strokes, ToolPath
+from mathpost.shop.post.steps import Moves, Strokes
+from mathpost.shop.post.tool_path import ToolPath
 
 
 class Draft:

@@ -19,8 +19,9 @@ from mathpost.shop.post.arcs import arcs
 from mathpost.shop.post.draft import Draft
 from mathpost.shop.post.holes import holes
 from mathpost.shop.post.options import Options
-from mathpost.shop.post.steps import Moves, ToolPath, what_the_control_holds
+from mathpost.shop.post.steps import Moves
 from mathpost.shop.post.tilted import standing, tilted
+from mathpost.shop.post.tool_path import ToolPath, what_the_control_holds
 
 
 def own_words(path: ToolPath, moves: Moves, options: Options) -> Moves:

@@ -8,7 +8,7 @@ import numpy as np
 
 from mathpost.path.cl import CLData
 from mathpost.shop.controls.blocks import Blocks
-from mathpost.shop.post.along import SAME_PLACE, Moves
+from mathpost.shop.post.along import SAME_PLACE, Reached
 from mathpost.shop.post.time_law import block_times
 
 SAME_FEED = 0.05  # of the feed
@@ -27,7 +27,7 @@ class Pace:
 
 
 def pace(
-    moves: Moves, blocks: Blocks, lines: np.ndarray, tips: np.ndarray, cl: CLData, place: np.ndarray, tip: float
+    moves: Reached, blocks: Blocks, lines: np.ndarray, tips: np.ndarray, cl: CLData, place: np.ndarray, tip: float
 ) -> Pace:
     """Compare the moves of a program between `place`, shape (m,), along its CL path, for its first m blocks.
 
@@ -70,7 +70,7 @@ def _rows(wrong: np.ndarray, record: np.ndarray, lines: np.ndarray) -> tuple[tup
 
 
 def _other(
-    moves: Moves, programmed: Blocks, tips: np.ndarray, length: np.ndarray, wanted: np.ndarray
+    moves: Reached, programmed: Blocks, tips: np.ndarray, length: np.ndarray, wanted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The feed of the tip, mm/min, on each move as programmed, and whether it is another than is wanted."""
     count = len(length)

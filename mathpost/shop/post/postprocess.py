@@ -22,7 +22,8 @@ from mathpost.shop.post.every_move import begins, lines_of, refuse_unsafe, where
 from mathpost.shop.post.options import Options
 from mathpost.shop.post.own_words import as_run, own_words
 from mathpost.shop.post.report import Report, report_of
-from mathpost.shop.post.steps import Plan, ToolPath, plan, tool_paths
+from mathpost.shop.post.steps import Plan, plan
+from mathpost.shop.post.tool_path import ToolPath, tool_paths
 
 if TYPE_CHECKING:
     from mathpost.shop.post.proof import Proof

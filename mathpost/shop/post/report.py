@@ -20,8 +20,9 @@ from mathpost.shop.controls.control import BETWEEN_BLOCKS
 from mathpost.shop.post import proof
 from mathpost.shop.post.approach import approaches
 from mathpost.shop.post.options import Options
-from mathpost.shop.post.steps import Moves, Plan, choose, crossing, in_words
+from mathpost.shop.post.steps import Moves, Plan, choose, crossing
 from mathpost.shop.post.time_law import SlowDown, law_of, slow_down
+from mathpost.shop.post.tool_path import in_words
 from mathpost.shop.post.ways import Way, comparison
 
 # A selection: name; cost; largest step of each rotary axis, degrees; why it is not possible.

@@ -26,7 +26,8 @@ from mathpost.shop.post.draft import Draft
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
     from mathpost.shop.controls.phrases import Tilted
-    from mathpost.shop.post.steps import Moves, ToolPath
+    from mathpost.shop.post.steps import Moves
+    from mathpost.shop.post.tool_path import ToolPath
 
 FEWEST = 8  # moves that are worth a plane, or a hole
 SAME = 1e-3  # degrees, by which printed angles may turn the axes

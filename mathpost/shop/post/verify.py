@@ -16,7 +16,7 @@ from mathpost.shop.controls.blocks import Blocks, joined
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
 from mathpost.shop.controls.reader import Program, follow
-from mathpost.shop.post.along import SAME_PLACE, Along, Moves, along, kinematics_of, stretches
+from mathpost.shop.post.along import SAME_PLACE, Along, Reached, along, kinematics_of, stretches
 from mathpost.shop.post.body import BODY
 from mathpost.shop.post.clear import HITS, MEETS, UNJUDGED, Ways, judged
 from mathpost.shop.post.cuts import touched
@@ -224,7 +224,7 @@ def verify(
     if cl is not None:
         compared = _compared(program, simulated, cl, control, tolerance, axis_tolerance)
         right = len(joints) if compared.off is None else compared.off.block
-        moves = Moves(joints, kin, program.blocks.tcp, program.blocks.rapid)
+        moves = Reached(joints, kin, program.blocks.tcp, program.blocks.rapid)
         paces = pace(moves, program.blocks, program.lines, tips, cl, compared.place[:right], tolerance)
         if compared.off is not None:
 
@@ -288,7 +288,7 @@ def _compared(
 ) -> Along:
     joints, tips, axes, kin = simulated
     free = program.blocks.rapid & (not control.rapid_interpolated)
-    moves = Moves(joints, kin, program.blocks.tcp, free)
+    moves = Reached(joints, kin, program.blocks.tcp, free)
     return along(tips, axes, cl, tip=tip, axis=axis, moves=moves)
 
 

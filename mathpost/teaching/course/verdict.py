@@ -213,6 +213,8 @@ class Exercise:
             return named[0]
         if self.kind.remark(value, self.solution):
             return None
+        if named := [said for said, right in self.kind.units(self.solution) if self.kind.same(value, right)]:
+            return named[0]
         found = self.with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
             said = str(found.misreadings[0])

@@ -34,6 +34,10 @@ class Kind(ABC, Generic[Data]):
         """Return whether they agree to the digits of the value, but these are too few."""
         return False
 
+    def units(self, target: Data) -> Iterable[tuple[str, Data]]:
+        """Yield the right answer in units that were not asked for, and a sentence that says so."""
+        return ()
+
     def mixups(self, target: Data) -> Iterable[tuple[str, Data]]:
         """Yield the common mix-ups: a sentence and the wrong answer that each leads to."""
         return ()

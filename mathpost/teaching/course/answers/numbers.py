@@ -98,8 +98,9 @@ class Number(Kind[Numbers]):
             if np.abs(wrong).max() >= 10 * self.bound:  # a single digit can have any cause
                 yield sentence, wrong
 
-    def units(self, target: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    def units(self, target: Numbers) -> Iterator[tuple[str, Numbers]]:
         """Yield the answer in each unit that it is mixed up with, where no different answer is so near to it."""
+        target = np.asarray(target)
         for unit, factor in UNITS.get(self.unit, ("", {}))[1].items():
             size = np.abs(factor * target).max()
             turn = 360.0 if self.unit == "degrees" else np.inf  # beyond it, it could equal any answer
