@@ -24,6 +24,7 @@ IN_UNITS = {
     **{np.pi / 180: "degrees for radians", 180 / np.pi: "radians for degrees"},
     **{25.4: "inch for mm", 1 / 25.4: "mm for inch"},
 }  # fmt: skip
+TURNED = {np.pi / 180: "RADIANS", 180 / np.pi: "DEGREES"}
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def all_edits(
             yield "rounded early", part, part[1], put(tree, path, part[1])
     if place in wanted and (own != 0).all() and (unit := _unit(wanted[place] / own)):
         factor = next(f for f, name in IN_UNITS.items() if name == unit)
-        new = ("*", tree, ("number", factor))
+        new = (TURNED[factor], tree) if factor in TURNED else ("*", tree, ("number", factor))
         yield unit, tree, new, new
     for path, part in walk(tree):
         if part[0] in ("*", "/"):
