@@ -1,11 +1,13 @@
 """What the check with a reference says of small workbooks, each of which shows one thing."""
 
+import numpy as np
 import openpyxl
 import pytest
 
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.teaching.workbook import Homework, Reference, check_folder, mark
+from mathpost.teaching.workbook.reference.functions import FUNCTIONS
 from mathpost.teaching.workbook.sheet.graph import Graph
 
 FEED = {"A1": "vc", "B1": 180, "A2": "D", "B2": 16, "A3": "fz", "B3": 0.08, "A4": "z", "B4": 4,
@@ -213,3 +215,53 @@ def test_the_work_grows_as_the_rows_do(saved, monkeypatch):
         assert compared(saved, cells, cells).verdict == "right"
         work[count] = sum(graph.work for graph in made)
     assert work[200] < 6 * work[50]
+
+
+LOAD = {"A1": "load", "B1": 5, "A2": "limit", "B2": 7, "A3": "ratio", "B3": "=B1/B2",
+        "A4": "state", "B4": '=IF(B3<=1,"ok","overloaded")'}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "content, verdict",
+    [
+        ('=IF(B1>B2,"Overloaded","OK")', "right"),
+        ('=IF(B1<B2,"overloaded","ok")', "wrong"),
+        ('=IF(B3>=1,"ok","overloaded")', "wrong"),
+        ('=IF(B1>B2,"zu viel","gut")', "not judged"),  # other words: nobody knows which is which
+        ("ok", "not judged"),
+    ],
+)
+def test_a_text_that_a_condition_chooses_is_a_result(saved, content, verdict):
+    report = compared(saved, LOAD, {**LOAD, "B4": content})
+    assert report.verdict == verdict
+    assert [fault.cell for fault in report.faults] == ["Sheet!B4"] * (verdict == "wrong")
+
+
+def test_one_text_of_a_column_is_missed(saved):
+    column = {"A1": "x", "B1": "sign"} | {f"A{n}": float(n) - 5.5 for n in range(2, 12)}
+    right = column | {f"B{n}": f'=IF(A{n}>0,"plus","minus")' for n in range(2, 12)}
+    report = compared(saved, right, {**right, "B4": '=IF(A4<0,"plus","minus")'})
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!B4")
+
+
+def test_a_function_that_is_not_known_leaves_its_result_open(saved):
+    right = {**FEED, "A9": "many", "B9": '=COUNTIF(B1:B4,">5")'}
+    report = compared(saved, right, right)
+    assert report.verdict == "not judged" and "COUNTIF is not known here" in "\n".join(report.seen)
+    assert compared(saved, right, {**right, "B7": "=B6*B3/B4"}).faults[0].cell == "Sheet!B7"
+
+
+@pytest.mark.parametrize("rate, early", [(0.004, 0), (0.004, 1), (0.0, 0)])
+def test_payments_leave_what_they_should(rate, early):
+    given = (np.full((1, 1, 1), each) for each in (rate, 24.0, 9000.0, -500.0, early))
+    paid, left = -FUNCTIONS["PMT"](*given)[0, 0, 0], 9000.0
+    for _ in range(24):
+        left = (left - paid * early) * (1 + rate) - paid * (1 - early)
+    assert left == pytest.approx(500, abs=1e-6)
+
+
+def test_the_spread_about_a_line():
+    x, y = np.array([1.0, 2, 3, 5, 8]), np.array([2.0, 3.5, 3, 6, 8.5])
+    left = y - np.polyval(np.polyfit(x, y, 1), x)
+    spread = FUNCTIONS["STEYX"](y.reshape(1, -1, 1), x.reshape(1, -1, 1))[0, 0, 0]
+    assert spread == pytest.approx(np.sqrt((left**2).sum() / 3))

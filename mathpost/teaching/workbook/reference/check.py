@@ -55,7 +55,9 @@ class Reference:
         self, homework: Homework | str | PathLike[str], beside: Callable[[Path], FileReport] | None = None
     ) -> None:
         self.homework = homework if isinstance(homework, Homework) else Homework(Path(homework))
-        self.path, self.beside, self.warnings = self.homework.reference, beside, []
+        self.path, self.beside = self.homework.reference, beside
+        self.warnings: list[str] = []
+        self.not_compared: list[str] = []  # results of the reference, and why
         try:
             with bounded(), np.errstate(all="ignore"):
                 self.sheet = Sheet(read(self.path))
@@ -71,14 +73,19 @@ class Reference:
         if not sheet.trees.keys() - sheet.messages:
             raise InputError(str(self.path), "a reference with formulas", "numbers alone")
         named = None if asked.results is None else self._places("results", asked.results)
-        ends = sheet.ends()
+        unknown = sheet.downstream(sheet.unknown)
+        if left := [p for p in sheet.ends() if p in unknown]:
+            whys = dict.fromkeys(map(sheet.why_unknown, sorted(sheet.unknown, key=sheet.reading_order)))
+            cells = ", ".join(sheet.ranges(left))
+            self.not_compared.append(f"{cells} of the reference is not compared: {', '.join(whys)}")
+        ends = [p for p in sheet.ends() if p not in unknown] or left
         controls = set() if named else self._controls(ends)
         self.results = named or [p for p in ends if p not in controls] or ends
         for place in self.results:
             if place not in sheet.trees or place in sheet.messages:
                 raise InputError(f"{self.path}, {sheet.address(place)}", "a result, a formula", "none")
             if not np.isfinite(at_samples(values[place])).all():
-                found = sheet.unread.get(place, "an error, or a function that is not known here")
+                found = sheet.why_unknown(place) if place in sheet.unknown else "an error"
                 raise InputError(f"{self.path}, {sheet.address(place)}", "a result", found)
         before = sheet.upstream(self.results)
         used = [p for p in sheet.numbers_typed if p in before and not sheet.is_start(p)]
@@ -93,7 +100,7 @@ class Reference:
         sheet, before = self.sheet, self.sheet.upstream(ends)
         inputs = {p: [p] for p in sheet.numbers_typed if p in before}
         ours = Comparison(sheet, ends, sheet, Matched(inputs)).ours if inputs else {}
-        values = {p: at_samples(ours[p]) for p in ends if p in ours}
+        values = {p: at_samples(ours[p]) for p in ends if p in ours and p not in sheet.shown}
         same = [p for p, v in values.items() if np.isfinite(v).all() and agree(v, np.full_like(v, v[0]))]
         return {p for p in same if not inputs.keys().isdisjoint(sheet.upstream([p]))}
 

@@ -5,6 +5,7 @@ Each takes arrays of shape (samples, rows, columns), as in `sheet.evaluate`, and
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable
 
 import numpy as np
@@ -84,6 +85,24 @@ def _linest(ys: np.ndarray, xs: np.ndarray) -> np.ndarray:
     return np.concatenate(_line(ys, xs)[:2], axis=2)
 
 
+def _spread_about_line(ys: np.ndarray, xs: np.ndarray) -> np.ndarray:
+    """STEYX: the standard deviation of points about their straight line."""
+    slope, start, *_ = _line(ys, xs)
+    samples = max(len(ys), len(xs))
+    left = (_flat(ys, samples) - start[:, 0] - slope[:, 0] * _flat(xs, samples)) ** 2
+    return np.sqrt(left.sum(axis=1) / (left.shape[1] - 2))[:, None, None]
+
+
+def _payment(
+    rate: np.ndarray, count: np.ndarray, now: np.ndarray, then: np.ndarray = 0 * ONE, early: np.ndarray = 0 * ONE
+) -> np.ndarray:
+    """PMT: what is paid each time, so that `now` becomes `then`."""
+    growth = (1 + rate) ** count
+    without = rate == 0
+    share = np.where(without, 1 / count, rate / np.where(without, 1, growth - 1))
+    return -(now * growth + then) * share / (1 + rate * early)
+
+
 def _ranked(largest: bool) -> Callable[..., np.ndarray]:
     def ranked(area: np.ndarray, k: np.ndarray) -> np.ndarray:
         cells = np.sort(area.reshape(len(area), -1), axis=1)[:, :, None]
@@ -113,6 +132,7 @@ MORE: dict[str, Callable[..., np.ndarray]] = {
     **{name: lambda ys, xs, n=n: _line(ys, xs)[n] for n, name in enumerate(("SLOPE", "INTERCEPT", "RSQ"))},
     "CORREL": lambda ys, xs: np.sign(_line(ys, xs)[3]) * np.sqrt(_line(ys, xs)[2]),
     **{"FORECAST": _forecast, "FORECAST.LINEAR": _forecast, "LINEST": _linest},
+    **{"STEYX": _spread_about_line, "PMT": _payment},
     "TREND": lambda ys, xs, new: _forecast(new, ys, xs),
     "DEVSQ": lambda x: ((x - x.mean(axis=(1, 2), keepdims=True)) ** 2).sum(axis=(1, 2), keepdims=True),
     **{"LARGE": _ranked(True), "SMALL": _ranked(False)},
@@ -128,4 +148,11 @@ MORE: dict[str, Callable[..., np.ndarray]] = {
     "SUMX2MY2": lambda a, b: (a**2 - b**2).sum(axis=(1, 2), keepdims=True),
     **{"ISNUMBER": lambda x: np.isfinite(x) * 1.0, "ISERROR": lambda x: ~np.isfinite(x) * 1.0},
 }
-FUNCTIONS = {**evaluate.FUNCTIONS, **MORE}
+
+
+def _text(text: str) -> np.ndarray:
+    """A number that stands for a text, in any case the same: so a choice of texts is a function, too."""
+    return ONE * (1 + zlib.crc32(text.strip().casefold().encode()) / 2**32)
+
+
+FUNCTIONS = {**evaluate.FUNCTIONS, **MORE, "text": _text}

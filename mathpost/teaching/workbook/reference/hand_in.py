@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.teaching.workbook.reference.inputs import different, match
-from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet
+from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet, agree
 from mathpost.teaching.workbook.reference.results import Comparison
 from mathpost.teaching.workbook.reference.where import Change, edited, first_wrong, repair
 from mathpost.teaching.workbook.report import (
@@ -52,7 +52,7 @@ class HandIn:
         self.faults: list[Fault] = []
         self.wrong: list[Place] = []
         self.after: set[Place] = set()
-        self.open: list[str] = []
+        self.open: list[str] = [*reference.not_compared]
 
     def report(self) -> FileReport:
         """Judge, and say what was found."""
@@ -97,11 +97,14 @@ class HandIn:
         return False
 
     def _judged(self, result: Place) -> bool:
-        """Whether all inputs of a result were found, and nothing on the way to it is unknown here."""
+        """Whether all inputs of a result were found, nothing on the way is unknown, and texts have its words."""
         before = self.ours.upstream([result])
         cells = self.comparison.candidates.get(result, [])
         unknown = self.sheet.unknown & self.sheet.upstream(cells[:1])
-        return before.isdisjoint(self.matched.open) and not unknown
+        other_words = bool(cells) and self.ours.words(result) != self.sheet.words(cells[0])
+        return (
+            before.isdisjoint(self.matched.open) and not unknown and not (result in self.ours.shown and other_words)
+        )
 
     def _unexplained(self, result: Place, cell: Place) -> Change:
         """A cell that should be a result, is not, and no single change makes it so."""
@@ -136,16 +139,20 @@ class HandIn:
     def _add(self, change: Change) -> None:
         sheet, place = self.sheet, change.place
         array = len(sheet.array(place)) > 1
-        after = sheet.downstream([place])
+        after, before, known = sheet.downstream([place]), self.comparison.theirs, {*self.wrong}
         alike = repair(self.comparison, change)[1:]
         self.after |= after | sheet.downstream(alike)
         self.wrong += [place, *alike]
         text = change.message
         if array:
             text = f"{sheet.short(place)}, of the array {sheet.range(sorted(sheet.array(place)))}: {text}"
-        if alike:
-            text += f"; the same in {', '.join(sheet.ranges(alike))}"
-        self.faults.append(Fault(sheet.address(place), change.cause, text, place))
+        changed = [p for p in alike if p in before and not agree(before[p], self.comparison.theirs[p])]
+        first = min([place, *(p for p in changed if p not in known)], key=sheet.reading_order)
+        if first != place:
+            text = f"as in {sheet.short(place)}: {text}"
+        if others := [each for each in alike if each != first]:
+            text += f"; the same in {', '.join(sheet.ranges(others))}"
+        self.faults.append(Fault(sheet.address(first), change.cause, text, first))
 
     def _ends_that_are_nothing(self) -> None:
         """Judge what the hand-in ends in beside the results: one change away from a step that is nowhere else."""
@@ -211,8 +218,7 @@ class HandIn:
             yield f"say where they are: --cells {text!r}"
         for place in sorted(sheet.unknown, key=sheet.reading_order)[:3]:
             if missing:
-                why = sheet.unread.get(place, "a function that is not known here")
-                yield f"{sheet.address(place)} is not evaluated: {why}"
+                yield f"{sheet.address(place)} is not evaluated: {sheet.why_unknown(place)}"
 
     def _seen(self) -> Iterator[str]:
         found, sheet = self.comparison.found, self.sheet

@@ -19,12 +19,13 @@ from mathpost.teaching.workbook.sheet.graph import Graph
 from mathpost.teaching.workbook.sheet.links import MOST_FORMULAS
 from mathpost.teaching.workbook.sheet.place import Place, number_along, offset
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, Values, at_samples
-from mathpost.teaching.workbook.sheet.tree import areas, heads, parts_of, with_areas
+from mathpost.teaching.workbook.sheet.tree import TEXTS, areas, heads, parts_of, with_areas
 
 DIRECTION = 1e-3  # by which the square of a direction of three decimals is off
 AGREE = 2e-8  # relative to the largest of the samples: what arithmetic loses, and π/180 as 0.0174532925
 NOTHING = 1e-12  # what is left of the difference of equal numbers
 SEVERAL = 3  # cells with one formula
+CHOICES, PUT_TOGETHER = {"IF", "IFS", "CHOOSE"}, TEXTS - {"text"}  # of texts
 GAP = 2  # empty cells between a heading and what it heads
 UNIT = re.compile(r"[\[(]([^\])]*)[\])]")
 Labels = tuple[str, str]  # of a cell: the text to the left of it and the text above
@@ -80,6 +81,31 @@ class Sheet(Graph):
         circular = self.circular if self.order else set()
         return {*self.unread, *strange, *circular} - self.messages
 
+    def why_unknown(self, place: Place) -> str:
+        """Say why a formula is not evaluated."""
+        names = sorted(heads(self.tree(place)) - {*FUNCTIONS, "number", "area"})
+        return self.unread.get(place) or f"{', '.join(names) or 'a function'} is not known here"
+
+    @cached_property
+    def shown(self) -> set[Place]:
+        """The formulas that give a text."""
+        return super().messages
+
+    @cached_property
+    def messages(self) -> set[Place]:
+        """The formulas that give a text, but for those in which conditions choose it: these are functions."""
+        given = self.shown
+        chosen = {
+            p
+            for p in given & self.trees.keys()
+            if (found := heads(self.trees[p])) & CHOICES and not found & PUT_TOGETHER
+        }
+        return given - chosen
+
+    def words(self, place: Place) -> set[str]:
+        """The texts among which a formula chooses, in lower case."""
+        return {part[1].strip().casefold() for part in parts_of(self.tree(place)) if part[0] == "text"}
+
     @cached_property
     def numbers_typed(self) -> dict[Place, float]:
         """Place → number of the cells that hold one and no formula, as they are read."""
@@ -99,7 +125,7 @@ class Sheet(Graph):
 
     def ends(self) -> list[Place]:
         """The formulas that give a number and that none uses but for a text, as they are read."""
-        used = {mate for p in self.used if not self.messages.issuperset(self.used[p]) for mate in self.array(p)}
+        used = {mate for p in self.used if not self.shown.issuperset(self.used[p]) for mate in self.array(p)}
         return sorted(self.trees.keys() - self.messages - used, key=self.reading_order)
 
     # Labels.

@@ -187,15 +187,22 @@ class Comparison:
         ends = {*self.ends}
         missing: list[Place] = []
         for result in self.asked:
+            alike = [r for r in self.asked if self._labels[r] == self._labels[result]]
             cells = [self.told[result]] if result in self.told else self.labelled(result)
-            right = [cell for cell in cells if self.same(result, cell)]
-            single = len([r for r in self.asked if self._labels[r] == self._labels[result]]) == 1
+            taken: set[Place] = set()
+            single = len(alike) == 1
+            if result in self.reference.shown:  # a text of two, say, is the same in many cells: each is one result
+                taken = {*self.found.values()}
+                if len(cells) == len(alike):
+                    cells = [sorted(cells, key=self.handed_in.reading_order)[alike.index(result)]]
+                single = single or len(cells) == 1
+            right = [cell for cell in cells if self.same(result, cell) and cell not in taken]
             off = [cell for cell in cells if cell in ends and cell not in right and single]
             if right and not off:
                 self.found[result] = next((cell for cell in right if cell in ends), right[0])
                 continue
             if not cells and self.varies(result):
-                places = self.index.find(self.ours[result])
+                places = [cell for cell in self.index.find(self.ours[result]) if cell not in taken]
                 places.sort(key=lambda p: (p not in ends, self.handed_in.reading_order(p)))
                 if places:
                     self.found[result] = places[0]

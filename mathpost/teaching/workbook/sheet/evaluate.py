@@ -177,7 +177,7 @@ def evaluate(
     if head == "number":
         return np.array(parts[0], ndmin=3)
     if head == "text":
-        return np.full((1, 1, 1), np.nan)
+        return functions[head](parts[0]) if head in functions else np.full((1, 1, 1), np.nan)
     texts = [float(part[0] == "text") for part in parts] if head in COMPARISONS else []
     if sum(texts) == 1:  # every text is beyond every number
         (number,) = (evaluate(part, look, functions, held) for part in parts if part[0] != "text")
