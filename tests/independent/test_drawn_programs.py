@@ -11,8 +11,8 @@ from mathpost.shop.post.verify import verify
 
 from . import drawn
 
-# Why a job is refused: its own line goes too low, travel ends, or the way from the safe position is not clear.
-REASONS = ("[program] ", "outside", "no solution", "on its way there", "out of reach")
+# Why a job is refused: its own line or its safe position is too low, travel ends, a way from there is not clear.
+REASONS = ("[program] ", "is not above", "outside", "no solution", "on its way there", "out of reach")
 
 
 def verdict(seed):
