@@ -249,6 +249,7 @@ def test_a_function_that_is_not_known_leaves_its_result_open(saved):
     report = compared(saved, right, right)
     assert report.verdict == "not judged" and "COUNTIF is not known here" in "\n".join(report.seen)
     assert compared(saved, right, {**right, "B7": "=B6*B3/B4"}).faults[0].cell == "Sheet!B7"
+    assert compared(saved, right, right, results=["B7"]).verdict == "right"  # the teacher asks for no more
 
 
 @pytest.mark.parametrize("rate, early", [(0.004, 0), (0.004, 1), (0.0, 0)])

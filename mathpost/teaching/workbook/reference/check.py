@@ -74,7 +74,8 @@ class Reference:
             raise InputError(str(self.path), "a reference with formulas", "numbers alone")
         named = None if asked.results is None else self._places("results", asked.results)
         unknown = sheet.downstream(sheet.unknown)
-        if left := [p for p in sheet.ends() if p in unknown]:
+        left = [] if named else [p for p in sheet.ends() if p in unknown]
+        if left:
             whys = dict.fromkeys(map(sheet.why_unknown, sorted(sheet.unknown, key=sheet.reading_order)))
             cells = ", ".join(sheet.ranges(left))
             self.not_compared.append(f"{cells} of the reference is not compared: {', '.join(whys)}")
