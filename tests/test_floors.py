@@ -2,6 +2,7 @@
 
 import ast
 import re
+import subprocess
 
 import pytest
 
@@ -17,6 +18,7 @@ FLOORS = [  # from below; what stands on one line may import each other
 ]
 FLOOR = {name: level for level, line in enumerate(FLOORS) for name in line.split()}
 SMALL = ["path.cl", "path.selection", "path.region"]
+TOP = "CHANGELOG.md CITATION.cff LICENSE README.md conftest.py data environment.txt mathpost notebooks pyproject.toml tests"
 
 
 def modules():
@@ -86,3 +88,9 @@ def test_the_page_of_a_folder_names_its_files_and_nothing_else(name, known):
     files = {each.stem for each in path.parent.glob("*.py")} - {"__init__"}
     assert name == "" or "a file each" in text or files <= named | quoted, files - named
     assert named <= known, named - known
+
+
+def test_the_top_holds_what_is_asked_for_and_what_tools_demand():
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout
+    top = {line.split("/")[0] for line in listed.splitlines()}
+    assert {name for name in top if not name.startswith(".")} <= set(TOP.split())
