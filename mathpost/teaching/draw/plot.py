@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -274,42 +275,57 @@ def space(axes: Axes3D, radius: float, *, centre: Sequence[float] | np.ndarray =
     axes.set_axis_off()
 
 
-SHORT = 12  # letters of a label that a cell can show
+LETTERS = 11  # that one cell of a drawn worksheet can show
 
 
 def worksheet(axes: Axes, report: FileReport) -> None:
-    """Draw the judged cells of the first sheet in green, red and amber, and labels; the first wrong has a frame."""
+    """Draw the first sheet that was judged, from its first number on, with its labels.
+
+    Judged cells are green, red or amber; the first wrong one has a frame, and its formula stands below.
+    """
     from openpyxl.utils import get_column_letter  # slow to import, and all but one lesson draw no sheet
 
     from mathpost.teaching.workbook.report import STATUS_COLOUR
     from mathpost.teaching.workbook.sheet.file import read
 
     sheet = report.cells[0].place[0]
-    judged = [cell for cell in report.cells if cell.place[0] == sheet]
-    rows, columns = sorted({cell.place[1] for cell in judged}), sorted({cell.place[2] for cell in judged})
-    for cell in judged:
-        _, row, column = cell.place
-        is_first, corner = cell == report.first, (column - 0.5, row - 0.5)
-        axes.add_artist(plt.Rectangle(corner, 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"))
-        if is_first:
-            axes.add_artist(plt.Rectangle(corner, 1, 1, fill=False, linewidth=2.5, zorder=3))
-        text = f"{cell.written:z.3f}" if isinstance(cell.written, float) else "?"
-        axes.text(column, row, text, ha="center", va="center", fontsize=6, weight="bold" if is_first else "normal")
+    held = {place[1:]: cell for place, cell in read(report.path).cells.items() if place[0] == sheet}
+    judged = {cell.place[1:]: cell for cell in report.cells if cell.place[0] == sheet}
+    numbers = [place for place, cell in held.items() if isinstance(cell.value, float | int)]
+    top, bottom = min(numbers)[0], max(numbers)[0]
+    right = max(column for _, column in numbers)
+    first = report.first.place[1:] if report.first else None
+    for place, cell in held.items():
+        row, column = place
+        if place in judged:
+            written = judged[place].written
+            text = f"{written:z.3f}" if cell.formula and isinstance(written, float) else str(cell.value or "?")
+            colour = STATUS_COLOUR[judged[place].status]
+        else:
+            text, colour = str("" if cell.value is None else cell.value), "white"
+        if place in judged or isinstance(cell.value, float | int):
+            axes.add_artist(plt.Rectangle((column - 0.5, row - 0.5), 1, 1, facecolor=colour, edgecolor="#bfbfbf"))
+            weight = "bold" if place == first else "normal"
+            axes.text(column, row, text[:LETTERS], ha="center", va="center", fontsize=6, weight=weight)
+        elif row >= top:
+            free = next((n for n in range(1, right) if (row, column + n) in held), right + 1 - column)
+            label = _latin(text)[: LETTERS * free]
+            axes.text(column - 0.4, row, label, va="center", fontsize=6, color="#555555")
+    if first:
+        row, column = first
+        axes.add_artist(plt.Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, linewidth=2.5, zorder=3))
+        axes.set_xlabel(f"{report.faults[0].cell}  {held[first].formula or 'a number'}", fontsize=8)
     for drawn in (*axes.patches, *axes.texts):  # inside the limits: nothing to make room for
         drawn.set_in_layout(False)
-    axes.set(xlim=(columns[0] - 1, columns[-1] + 1), ylim=(rows[-1] + 1, rows[0] - 1))
-    for (where, row, column), held in read(report.path).cells.items():  # the labels beside what was judged
-        if (
-            where == sheet
-            and isinstance(held.value, str)
-            and rows[0] - 2 < row <= rows[-1]
-            and column <= columns[-1]
-        ):
-            label = held.value if len(held.value) < SHORT and held.value.isascii() else ""
-            axes.text(column, row, label, ha="center", va="center", fontsize=6, color="#555555")
-    every = range(columns[0], columns[-1] + 1)
-    axes.set_xticks(every, map(get_column_letter, every))
+    axes.set(xlim=(0.2, right + 0.8), ylim=(bottom + 0.8, top - 0.8))
+    axes.set_xticks(range(1, right + 1), map(get_column_letter, range(1, right + 1)))
     axes.xaxis.tick_top()
+    rows = sorted({row for row, _ in numbers})
     axes.set_yticks([row for row in rows if row - 1 not in rows])
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
+
+
+def _latin(text: str) -> str:
+    """The part of a label in two languages that the font of the pictures has."""
+    return re.sub(r" ?\(?[\u2e80-\uffef]+\)?:? ?", " ", text).replace(" ,", ",").strip(" ·")
