@@ -18,7 +18,8 @@ FLOORS = [  # from below; what stands on one line may import each other
 ]
 FLOOR = {name: level for level, line in enumerate(FLOORS) for name in line.split()}
 SMALL = ["path.cl", "path.selection", "path.region"]
-TOP = "CHANGELOG.md CITATION.cff LICENSE README.md conftest.py data environment.txt mathpost notebooks pyproject.toml tests"
+TOP = """CHANGELOG.md CITATION.cff LICENSE README.md conftest.py environment.txt pyproject.toml
+    data mathpost notebooks tests"""
 
 
 def modules():
