@@ -19,26 +19,7 @@ FALSE = {
 }
 
 
-def run_lesson(pytester, *cells):
-    """Run a lesson of these cells with the notebooks' own conftest, in another process."""
-    shutil.copy(ROOT / "notebooks/conftest.py", pytester.path)
-    nbformat.write(nbformat.v4.new_notebook(cells=cells), pytester.path / "lesson.ipynb")
-    return pytester.runpytest_subprocess("--nbval", "--nbval-current-env")
-
-
-def test_true_numbers_pass_and_false_ones_fail_with_what_they_are(pytester):
-    texts = PROSE, *(PROSE.replace(*pair) for pair in FALSE), "No mark: 17."
-    cells = [nbformat.v4.new_code_cell(MEASURED), *map(nbformat.v4.new_markdown_cell, texts)]
-    cells.append(nbformat.v4.new_code_cell("lean = 9"))  # prose is measured where it stands
-    result = run_lesson(pytester, *cells)
-    result.assert_outcomes(passed=3, failed=len(FALSE))
-    for sentence in FALSE.values():
-        result.stdout.fnmatch_lines([sentence])
-
-
-def test_texts_that_overlap_fail_with_what_they_say(pytester):
-    """In the plane and in space, although nothing is shown before the guess; beside each other they may stand."""
-    drawn = """
+DRAWN = """
 from mathpost.teaching.course import exercise
 from mathpost.teaching.draw import plot
 with exercise.after(None):
@@ -47,11 +28,21 @@ with exercise.after(None):
     axes.text(*{}, "table")
     plot.show()
 """
-    places = [
-        (False, (0.5, 0.5), (0.52, 0.5)),
-        (True, (0.5, 0.5, 1), (0.5, 0.5, 1)),
-        (False, (0.2, 0.5), (0.7, 0.5)),
-    ]
-    result = run_lesson(pytester, *(nbformat.v4.new_code_cell(drawn.format(*each)) for each in places))
-    result.assert_outcomes(passed=1, failed=2)
+OVERLAP = (False, (0.5, 0.5), (0.52, 0.5)), (True, (0.5, 0.5, 1), (0.5, 0.5, 1))  # in the plane and in space
+BESIDE = False, (0.2, 0.5), (0.7, 0.5)
+
+
+def test_false_numbers_and_texts_that_overlap_fail_with_what_they_are(pytester):
+    """True numbers and texts that stand beside each other pass; what overlaps fails although it waits for a guess."""
+    shutil.copy(ROOT / "notebooks/conftest.py", pytester.path)
+    texts = PROSE, *(PROSE.replace(*pair) for pair in FALSE), "No mark: 17."
+    drawn = (DRAWN.format(*each) for each in (*OVERLAP, BESIDE))
+    cells = [nbformat.v4.new_code_cell(MEASURED), *map(nbformat.v4.new_markdown_cell, texts)]
+    cells.append(nbformat.v4.new_code_cell("lean = 9"))  # prose is measured where it stands
+    cells += map(nbformat.v4.new_code_cell, drawn)
+    nbformat.write(nbformat.v4.new_notebook(cells=cells), pytester.path / "lesson.ipynb")
+    result = pytester.runpytest_subprocess("--nbval", "--nbval-current-env")
+    result.assert_outcomes(passed=3 + 1, failed=len(FALSE) + len(OVERLAP))
+    for sentence in FALSE.values():
+        result.stdout.fnmatch_lines([sentence])
     result.stdout.fnmatch_lines(["*texts overlap: 'spindle' and 'table'*"])

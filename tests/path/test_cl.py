@@ -57,12 +57,6 @@ def test_statements():
     assert cl.remarks[-1] == (3, "FINI")
 
 
-def test_inches():
-    cl = cldata.parse("UNITS/INCH\nFEDRAT/10\nGOTO/1,2,3\nFEDRAT/20,IPM\nGOTO/0,0,0\nFEDRAT/30,MMPM\nGOTO/1,1,1")
-    np.testing.assert_allclose(cl.points[0], [25.4, 50.8, 76.2])
-    np.testing.assert_allclose(cl.feeds, [254, 508, 30])
-
-
 def test_text_reads_back():
     cl = cldata.parse(FILE)
     back = cldata.parse(cldata.to_text(cl, title="again"))

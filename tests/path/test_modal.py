@@ -174,20 +174,6 @@ def test_the_feed_of_a_cycle_follows_the_spindle(cycle, feeds):
     np.testing.assert_allclose([values[~np.isnan(values)][0] for values in down], feeds)
 
 
-@pytest.mark.parametrize(
-    ("cycle", "heights"),
-    [
-        ("CYCLE/DRILL,DEPTH,8,MMPM,60,CLEAR,3,RETURN,10", [25, 10, 3, -8, 10]),
-        ("CYCLE / DRILL, DEPTH, 8, MMPM, 60, CLEAR, 5, RAPTO, 3, RETURN, 0", [25, 25, 2, -8, 25]),
-        ("CYCLE/DRILL,DEPTH,8,MMPM,60,CLEAR,3,RETURN", [25, 25, 3, -8, 25]),
-        ("CYCLE/ DRILL, DEPTH, 8, PERMIN, 60, CLEAR, 10, RETURN, 10, RAPTO, 7", [25, 10, 3, -8, 10]),
-        ("CYCLE/DEEP,DEPTH,8,STEP,5,MMPM,60,CLEAR,3,RETURN,10", [25, 10, 3, -5, 3, -4.5, -8, 10]),
-    ],
-)
-def test_a_cycle_returns_where_it_says(cycle, heights):
-    assert read(f"GOTO/0,0,25\n{cycle}\nGOTO/0,0,0\nCYCLE/OFF").points[:, 2].tolist() == heights
-
-
 @pytest.mark.parametrize("dwell", ["REV,5", "DWELL,REV,5", "DWELL,5,REV", "DWELL,3"])
 def test_a_dwell_of_a_cycle_in_turns(dwell):
     assert told(f"SPINDL/100\nCYCLE/FACE,DEPTH,8,MMPM,60,CLEAR,3,{dwell}\nGOTO/0,0,0", "dwell") == [(3.0,)]
@@ -306,19 +292,20 @@ def test_lines_that_lead_from_an_arc_to_its_circle():
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "angle"),
     [
-        "MOVARC/ CENTER, 0, 0, 2, AXIS, 0, 0, 1, RADIUS, 5",
-        "MOVARC/0,0,2,0,0,1,5,ANGLE,90",
-        "MOVARC/ CENTER, 0, 0, 2, AXIS, 0, 0, 1, RADIUS, 5, ANGLE, 90",
-        "MOVARC/ CENTER, 0, 0, 2, AXIS, 0, 0, 1, RADIUS, 5, TIMES, 1",
+        ("CENTER, 0, 0, 2, AXIS, 0, 0, 1, RADIUS, 5", 90),
+        ("CENTER, 0, 0, 2, AXIS, 0, 0, 1, RADIUS, 5, ANGLE, 90", 90),
+        ("CENTER, 0, 0, 2, AXIS, 0, 0, 1, RADIUS, 5, TIMES, 1", 90),
+        *[(f"0,0,2,0,0,{axis},5,ANGLE,{abs(angle)}", angle) for axis in (1, -1) for angle in (90, -270, 450)],
     ],
 )
-def test_arcs_of_iso_4343(words):
-    cl = read(f"FEDRAT/100\nGOTO/5,0,2\n{words}\nGOTO/0,5,2")
+def test_arcs_of_iso_4343(words, angle):
+    """Of the two ways to the end the one that is as long as it says, whatever way the axis points."""
+    cl = read(f"FEDRAT/100\nGOTO/5,0,2\nMOVARC/{words}\nGOTO/0,5,2")
     turned = np.unwrap(np.arctan2(cl.points[:, 1], cl.points[:, 0]))
-    assert np.degrees(turned[-1] - turned[0]) == pytest.approx(90) and (np.diff(turned) > 0).all()
-    np.testing.assert_allclose(np.hypot(*cl.points.T[:2]), 5)
+    assert np.degrees(turned[-1] - turned[0]) == pytest.approx(angle) and (np.diff(turned) * angle > 0).all()
+    np.testing.assert_allclose(np.hypot(*cl.points.T[:2]), 5, atol=1e-12)
 
 
 @pytest.mark.parametrize("words", ["MOVARC/0,0,2,0,0,1,5", "MOVARC/CENTER,0,0,2,AXIS,0,0,1,RADIUS", "MOVARC/1,2"])

@@ -167,8 +167,9 @@ def test_without_numba_the_loops_are_plain_python(monkeypatch):
     assert text._compiled.__wrapped__() == (text._match, text._write)
 
 
-def test_only_large_texts_load_the_compiler():
-    small = "from mathpost.path import cl, text; cl.read('data/cl/blade.cl')"
+def test_only_large_texts_and_long_paths_load_the_compiler():
+    small = "from mathpost import load_machine, postprocess, read_cl; from mathpost.path import text\n"
+    small += "postprocess(read_cl('data/cl/blade.cl'), load_machine('dmu50v'))"
     large = f"{small}; text.Pattern([text.Item('X')]).match(b'X\\n' * text.WORTH)"
     assert not loaded_after(small) & {"numba"} and loaded_after(large) >= {"numba"}
 

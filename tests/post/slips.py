@@ -2,14 +2,10 @@
 
 A slip is made in the text, or by a post for another machine or path. It counts only if it moves tip or tool axis
 off what the right program cuts, by the reader and the machine of `tests.independent`, which share nothing with the
-package. `python -m tests.post.slips 324 100 SEED` plants so many, kind after kind for one control after the other,
-judges so many right programs, and prints what was found and what was named.
+package.
 """
 
 import re
-import sys
-import time
-from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,13 +21,10 @@ from tests.independent import judge, reader
 from tests.independent.machine_model import Model
 from tests.independent.words import Refused
 from tests.post import test_own_words as own_words
-from tests.post.rewritten import rewritten
 
 CONTROLS = own_words.CONTROLS
 MACHINES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "ac_head", "nutating_head", "nutating_head_table")
 EFFECT = 0.2  # mm or degrees, by which a slip changes a word at least
-# By how much a slip must move tip and tool axis: the right program may use its tolerance, so may the wrong one.
-SLOW = 2.0  # seconds for a slip
 MOVED = 3 * np.array([0.01, np.radians(0.1)])
 
 
@@ -159,10 +152,13 @@ def _edited(made, names, change, rows=None):
     """The text with the numbers of some axes changed, in some lines or all."""
     lines = made.text.splitlines()
     for n in _rows(made.text) if rows is None else rows:
-        lines[n] = _word(names).sub(
-            lambda found: f"{found[1]}{found[2]}{change(found[1], float(found[3])):{_sign(made)}.4f}", lines[n]
-        )
+        lines[n] = _with_words(lines[n], names, change, _sign(made))
     return "\n".join(lines) + "\n"
+
+
+def _with_words(line, names, change, sign):
+    """A line with other numbers in the words of some axes: what `change` makes of a name and its number."""
+    return _word(names).sub(lambda word: f"{word[1]}{word[2]}{change(word[1], float(word[3])):{sign}.4f}", line)
 
 
 def _sign(made):
@@ -218,10 +214,7 @@ def _branch_slip(rng, made):
     lines = made.text.splitlines()
     for number, angles in other.items():
         values = dict(zip(names, angles, strict=True))
-        lines[number - 1] = _word(names).sub(
-            lambda found: f"{found[1]}{found[2]}{values[found[1]]:{_sign(made)}.4f}",  # noqa: B023
-            lines[number - 1],
-        )
+        lines[number - 1] = _with_words(lines[number - 1], names, lambda name, _, to=values: to[name], _sign(made))
     return "\n".join(lines) + "\n", "other branch"
 
 
@@ -297,59 +290,6 @@ PLANTED = {
 KINDS = tuple(PLANTED)
 
 
-def right(rng) -> tuple[Job, str]:
-    """A job, half of them in the control's own words, and a right program, half of them in another post's words."""
-    made = own_words_job(rng) if rng.random() < 0.5 else job(rng)
-    return made, rewritten(rng, made) if rng.random() < 0.5 else made.text
-
-
-def main(planted: int, rightly: int, seed: int) -> None:
-    """Plant so many slips and judge so many right programs."""
-    rng, counts, took = np.random.default_rng(seed), Counter(), []
-    for n in range(planted):
-        kind, control = KINDS[n % len(KINDS)], CONTROLS[n // len(KINDS) % len(CONTROLS)]
-        made, text, name = slip(rng, kind, control)
-        began = time.process_time()
-        verdict, said = _verdict(made, text, name)
-        took.append(time.process_time() - began)
-        counts[kind, verdict] += 1
-        counts[control, verdict] += 1
-        if took[-1] > SLOW or verdict in ("unfound", "misnamed", "unnamed"):
-            print(
-                f"--- {n} {kind} {made.file}, {control}, TCP {made.tcp}, {name!r}, {took[-1]:.2f} s\n{said}",
-                flush=True,
-            )
-    for n in range(rightly):
-        made, text = right(rng)
-        judged = made.judged(text)
-        counts["right", "wrong" if judged.status else "right"] += 1
-        if judged.status:
-            print(f"--- right {n} {made.file}, {made.control}, TCP {made.tcp}\n{judged}", flush=True)
-    verdicts = ("unread", "named", "among", "unnamed", "misnamed", "unfound")
-    print(f"{'':12s}" + "".join(f"{verdict:>10s}" for verdict in verdicts))
-    for row in (*KINDS, *CONTROLS):
-        print(f"{row:12s}" + "".join(f"{counts[row, verdict]:10d}" for verdict in verdicts))
-    print(f"seconds a slip: mean {np.mean(took):.2f}, most {max(took):.2f}" if took else "")
-    print(f"right programs called wrong: {counts['right', 'wrong']} of {rightly}")
-
-
 def names(judged: Verified) -> list[str]:
     """What is said of the slip, the likeliest first."""
     return [*judged.explained, *re.findall("^rapid +line.*", str(judged), re.MULTILINE)]
-
-
-def _verdict(made: Job, text: str, name: str) -> tuple[str, str]:
-    """What became of a slip: not read, found and named first, among others, not or wrongly, or not found."""
-    try:
-        judged = made.judged(text)
-    except MathpostError as error:
-        return "unread", str(error)
-    if judged.status == 0:
-        return "unfound", str(judged)
-    fits = [bool(re.search(name, sentence)) for sentence in names(judged)]
-    verdict = "unnamed" if not fits else "named" if fits[0] else "among" if any(fits) else "misnamed"
-    return verdict, str(judged)
-
-
-if __name__ == "__main__":
-    main(*map(int, sys.argv[1:4]))

@@ -1,8 +1,6 @@
-"""Selection: against brute force and a plain recursion, the paper's rules by hand, limits, and paths that break."""
+"""Selection: against a plain recursion, the paper's rules by hand, limits, and paths that break."""
 
 import itertools
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -15,11 +13,8 @@ from mathpost.kinematics import Kinematics
 from mathpost.machine import ENDLESS
 from mathpost.path import cl as cldata
 from mathpost.path import selection
-from mathpost.path.dynamic_programming import HALF_TURN
 from tests.conftest import DATA
 from tests.machines import content
-
-RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -48,39 +43,6 @@ def restricted(kin, workpiece_side=None, tool_side=None, rates=True):
         rotary = [replace(joint, max_rate=None) for joint in rotary]
         linear = tuple(replace(axis, max_rate=None) for axis in linear)
     return Kinematics(replace(data, rotary=tuple(rotary), linear=linear))
-
-
-def wandering(kin, count, rng, step=0.5):
-    """A path of poses that the machine can reach: a random walk of its own joints."""
-    joints = np.cumsum(rng.normal(size=(count, 5)) * [5, 5, 5, step, step], axis=0)
-    return cldata.from_arrays(*kin.forward(joints))
-
-
-@pytest.mark.parametrize("rates", [True, False])
-@pytest.mark.parametrize("name", RATED)
-def test_optimal_equals_brute_force(name, rates, of, monkeypatch):
-    monkeypatch.setattr(selection, "PREFERENCE", 0)
-    kin = limited(name, workpiece_side=(-200, 250), tool_side=(-170, 190), rates=rates)
-    rng = np.random.default_rng(7)
-    for _ in range(of(30, 125)):
-        cl = wandering(kin, 4, rng)
-        found = selection.candidates(kin, cl.points, cl.axes)
-        choices = [np.flatnonzero(row) for row in found.inside]
-        best = np.inf
-        for picks in itertools.product(*choices):
-            joints = found.joints[range(4), picks]
-            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= HALF_TURN).all():
-                best = min(best, selection.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
-        if np.isfinite(best):
-            costs = {
-                name: selection.choose(kin, cl, name, sway=np.inf, split=True) for name in ("optimal", "shortest")
-            }
-            assert costs["optimal"].breaks == ()
-            assert costs["optimal"].cost == pytest.approx(best, rel=1e-6, abs=1e-6)
-            assert costs["shortest"].breaks or costs["shortest"].cost >= best - 1e-6
-        else:
-            with pytest.raises(ReachError, match="breaks"):
-                selection.choose(kin, cl, sway=np.inf)
 
 
 def test_the_branch_is_changed_in_cut_within_a_twentieth_of_a_degree_of_the_pole(dmu50v_both_ways):
@@ -160,22 +122,6 @@ def test_an_unreachable_record_counts_before_a_break():
     axes[60] = [1, 0, 0]
     with pytest.raises(ReachError, match="line 61, record 61: no solution inside travel"):
         selection.choose(kin, replace(cl, axes=axes))
-
-
-def test_rapid_moves_may_swing():
-    kin = limited("ac_table", workpiece_side=(-200, 200))
-    cl = turning(2, count=61)
-    rapid = np.zeros(61, bool)
-    rapid[[20, 40]] = True
-    assert selection.choose(kin, replace(cl, rapid=rapid)).breaks == ()
-
-
-def test_a_change_of_branch_away_from_the_pole_is_no_cut():
-    kin = limited("ac_table", tool_side=(-50, 50), workpiece_side=(-100, 100))
-    cl = turning(1, count=37)
-    with pytest.raises(ReachError, match="breaks"):
-        selection.choose(kin, cl)
-    assert selection.choose(kin, cl, sway=np.inf).breaks == ()
 
 
 def test_out_of_travel_names_record_and_axis(dmu50v):
@@ -280,13 +226,6 @@ def test_the_longer_side_is_counted_from_the_middle_of_the_two_solutions(below, 
     tilted = kin.forward(np.radians([[0, 0, 0, middle + 10, 0], [0, 0, 0, middle - 10, 0]]))
     chosen = selection.choose(kin, cldata.from_arrays(tilted[0][:1], tilted[1][:1]))
     assert np.sign(np.degrees(chosen.joints[0, 3]) - middle) == side
-
-
-def test_without_a_start_the_first_record_is_near_rotary_zero():
-    """Of the windings of the preferred branch the one that turns least."""
-    kin = limited("dmu50v", workpiece_side=(-700, 700), tool_side=(0, 100))
-    cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, 100], [0, 0, 0, 30, 101]])))
-    np.testing.assert_allclose(np.degrees(selection.choose(kin, cl).joints[:, 4]), [100, 101])
 
 
 @pytest.mark.parametrize("name", ["ac_table", "ac_head"])
@@ -705,17 +644,6 @@ def test_beside_the_pole_of_a_45_degree_machine_the_workpiece_side_axis_turns_mo
     assert over > 5
 
 
-def test_many_windings():
-    """A limit of a hundred turns is as good as none."""
-    cl = turning(3, count=100)
-    limits, endless = (
-        selection.choose(limited("ac_table", workpiece_side=workpiece_side), cl)
-        for workpiece_side in ((-36000, 36000), None)
-    )
-    np.testing.assert_allclose(limits.joints, endless.joints, atol=1e-9)
-    assert limits.breaks == ()
-
-
 @pytest.mark.parametrize("strategy", ["optimal", "shortest"])
 def test_a_limit_of_many_turns_that_is_met_is_kept(strategy, monkeypatch):
     """More turns than travel has, one way: the path is split, as often as all windings together say."""
@@ -727,43 +655,3 @@ def test_a_limit_of_many_turns_that_is_met_is_kept(strategy, monkeypatch):
     every = selection.choose(wide, cl, strategy, split=True)
     np.testing.assert_allclose(chosen.joints, every.joints, atol=1e-9)
     assert chosen.breaks == every.breaks != ()
-
-
-SHORT_PATH = """
-import numpy as np
-from mathpost import load_machine, machine_file
-from mathpost.kinematics import Kinematics
-from mathpost.path import cl
-from mathpost.path import selection
-from mathpost.path.dynamic_programming import HALF_TURN
-kin, blade = Kinematics(load_machine("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
-print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
-"""
-
-
-def run_python(code):
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-
-
-def test_without_numba_a_long_path_takes_the_loop_as_it_stands():
-    blocked = "import sys; sys.modules['numba'] = None\n" + SHORT_PATH
-    long = "selection.LONG = 0; assert selection.compiled(selection.best_way) is selection.best_way\n"
-    without = run_python(blocked + long + SHORT_PATH)
-    assert without[:2] == without[2:] == run_python(SHORT_PATH)
-
-
-def test_only_a_long_path_loads_numba():
-    assert run_python("import sys" + SHORT_PATH + "print('numba' in sys.modules)")[2] == "False"
-
-
-def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch):
-    numba = pytest.importorskip("numba")
-    made = []
-
-    def njit(*, cache=False, **options):
-        if cache:
-            raise RuntimeError("cannot cache function: no locator available")
-        return lambda function: made.append(function) or function
-
-    monkeypatch.setattr(numba, "njit", njit)
-    assert compiled.__wrapped__(selection.best_way) is selection.best_way and made == [selection.best_way]
