@@ -9,10 +9,7 @@ from mathpost.interface.shell.main import main
 from mathpost.path import cl as cldata
 from mathpost.shop.controls import control, reader
 from tests.conftest import DATA
-from tests.independent import judge
 from tests.independent.machine_model import Model
-from tests.independent.reader import Setup
-from tests.independent.reader import read as read_independently
 from tests.independent.test_programs import spiral
 
 OWN = """name = "grblhal"
@@ -49,22 +46,6 @@ def test_a_control_of_the_users_own(own, name):
     assert result.report.path_tip_error <= 0.05
     back = reader.read(result.program, data, own)
     np.testing.assert_array_equal(back.words, result.blocks.words)
-
-
-@pytest.mark.parametrize("tcp", [False, True])
-@pytest.mark.parametrize("dialect", ["haas", "linuxcnc", "mazak"])
-@pytest.mark.parametrize("name", MACHINES)
-def test_other_controls_through_the_independent_reader(name, dialect, tcp):
-    """Their programs go where the CL data say, read by what knows the manuals only."""
-    file = DATA / f"machines/{name}.toml"
-    dome = cldata.read(DATA / "cl/dome.cl")
-    path = cldata.from_arrays(dome.points[:40], dome.axes[:40], feed=1000)
-    result = postprocess(path, load_machine(name), dialect=dialect, tcp=tcp)
-    model = Model(file)
-    moves = read_independently(result.program, dialect, Setup(model, length_on=True))
-    samples = judge.sample(model, moves)
-    tip, axis, _ = judge.along_records(samples.tip, samples.axis, path.points, path.axes)
-    assert tip.max() < 0.0101 and axis.max() < 0.1
 
 
 @pytest.mark.parametrize(

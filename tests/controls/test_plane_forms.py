@@ -13,17 +13,12 @@ from mathpost.kinematics import Kinematics
 from mathpost.shop.controls import plane_blocks
 from mathpost.shop.controls.plane_forms import FORMS
 from mathpost.shop.controls.reader import follow
+from tests.independent.machine_model import rotation as rodrigues
 
 RNG = np.random.default_rng(57)
 ANGLES = RNG.uniform(-170, 170, (6, 3)).round(3)
 ORIGIN = np.array([11.0, -7.5, 3.25])
 AT = "X11. Y-7.5 Z3.25"
-
-
-def rodrigues(axis, degrees):
-    axis, turn = np.asarray(axis, dtype=float) / np.linalg.norm(axis), np.radians(degrees)
-    across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    return np.eye(3) + np.sin(turn) * across + (1 - np.cos(turn)) * across @ across
 
 
 def words(letters, values):

@@ -90,53 +90,6 @@ def test_tip_axis_travel_and_time(file, tcp, tmp_path, capsys):
     assert seconds < run.seconds(judge.rest_to_rest)
 
 
-def skew_machine(seed):
-    """A machine file with axes that are skew to X Y Z and do not meet, in each of the three arrangements."""
-    random = np.random.default_rng(seed)
-    tilting = ([1, 0, 0], [0, 1, 0.3], [0, 1, 1], [0.1, 1, -0.2])[random.integers(4)]
-    turning = ([0, 0, -1], [0.05, 0, 1], [0, 0.1, 1])[random.integers(3)]
-    first, second = (("workpiece", "workpiece"), ("workpiece", "tool"), ("tool", "tool"))[seed % 3]
-    axes = (
-        [("A", first, tilting), ("C", second, turning)]
-        if second == "workpiece"
-        else [("C", first, turning), ("A", second, tilting)]
-    )
-    lines = ['name = "Skew"', 'source = "random"']
-    for letter, carries, axis in axes:
-        point = random.integers(-60, 60, 3).tolist()
-        lines += [
-            "[[rotary]]",
-            f'name = "{letter}"',
-            f'carries = "{carries}"',
-            f"axis = {axis}",
-            f"point = {point}",
-        ]
-        lines += ["max_rate = 60", "max_acceleration = 400"]
-    named = ('"tip"', '"nose"', str(random.integers(-50, 200, 3).tolist()))[random.integers(3)]
-    lines += ["[workpiece]", f"origin = {random.integers(-50, 50, 3).tolist()}"]
-    lines += [
-        "[tool]",
-        "axis = [0, 0.2, 1]",
-        f"length = {random.integers(50, 200)}",
-        f"programmed_point = {named}",
-        "[linear]",
-    ]
-    lines += [f"{letter} = {{ max_rate = 500, max_acceleration = 2000 }}" for letter in "XYZ"]
-    return "\n".join(lines) + "\n"
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_machines_with_skew_axes(seed, tmp_path, capsys):
-    machine = tmp_path / "skew.toml"
-    machine.write_text(skew_machine(seed), encoding="utf-8")
-    tip, axis = spiral(lean=0.4, records=13, turns=0.25)
-    cl = cl_file(tmp_path / "spiral.cl", tip, axis)
-    run = Run(capsys, cl, machine, DIALECTS[seed // 2], *(["--tcp"] if seed % 2 else []))
-    off, turned, _ = judge.along_records(run.samples.tip, run.samples.axis, tip, axis)
-    assert off.max() < TOLERANCE + 1e-4 and turned.max() < AXIS_TOLERANCE
-    assert judge.records_missed(run.samples.tip, run.samples.axis, tip, axis, 5e-4, 1e-3) == []
-
-
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_dialects_agree(dialect, tmp_path, capsys):
     """Tools, spindle, holes and feeds of one CL file mean the same on each control."""
@@ -229,21 +182,6 @@ def test_the_length_of_the_tool_under_tcp(tmp_path, capsys):
     run = Run(capsys, cl, DATA / "machines/ac_head.toml", "heidenhain", "--tcp", lengths={1: 100.0})
     assert np.allclose(run.samples.tip[-1], spiral(records=3, turns=0.05)[0][-1], atol=1e-3)
     assert "length of the tools has to be 0" not in run.report
-
-
-def test_the_tool_is_clear_while_it_unwinds(tmp_path, capsys):
-    tip, axis = spiral(lean=0.5, records=151, turns=5, depth=60, inwards=True)
-    cl = cl_file(tmp_path / "bore.cl", tip, axis)
-    run = Run(capsys, cl, DATA / "machines/ac_head.toml", "heidenhain", "--split", "--tcp")
-    off, _, _ = judge.along_records(run.samples.tip, run.samples.axis, tip, axis)
-    for n, move in enumerate(run.moves):
-        mine = run.samples.move == n
-        if not mine.any() or off[mine].min() < 5:  # the swing alone, not the lifts
-            continue
-        touched = run.samples.tip[(run.samples.move < n) & (off < 0.1)]
-        path = [(move.nose(run.model, t), move.angles(t)) for t in np.linspace(0, 1, 7)]
-        depth, _ = judge.clear(run.model, path, touched, radius=4.0, length=100.0)
-        assert depth < 1.0, move.text
 
 
 def test_a_tap_that_pecks_is_refused(tmp_path, capsys):

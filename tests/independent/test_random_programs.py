@@ -7,7 +7,6 @@ from mathpost import machine_file, postprocess
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.shop.controls import control
 from mathpost.shop.post import postprocess as postprocessing
 from tests.machines import SIDES, content
 
@@ -15,7 +14,7 @@ from . import drawn, judge
 from .machine_model import Model
 from .reader import Setup, read
 
-DIALECTS = [name for name in control.names() if name in ("heidenhain", "fanuc", "siemens", "haas", "mazak")]
+DIALECTS = ("fanuc", "haas", "heidenhain", "linuxcnc", "mazak", "siemens")
 FEEDS = {"MMPM": 900.0, "IPM": 35.0, "MMPR": 0.15, "IPR": 0.006}
 ORDINARY = [([-1, 0, 0], [0, 0, -1]), ([0, 0, -1], [0, 1, 0]), ([0, 0, 1], [0, 1, 0])]  # for each of SIDES
 
@@ -25,9 +24,9 @@ def random_machine(rng, seed):
     first, second = ORDINARY[seed % 3] if seed % 2 else rng.integers(-9, 10, (2, 3)).tolist()
     points = np.round(rng.uniform(-200, 200, (2, 3)), 3).tolist()
     origin = np.round(rng.uniform(-100, 100, 3), 3).tolist()
-    named = ["tip", "nose"][int(rng.integers(2))]
-    length = int(rng.integers(0, 200))
-    data = content(first, second, SIDES[seed % 3], point=points, origin=origin, length=length, programmed=named)
+    named = ["tip", "nose", points[0]][int(rng.integers(3))]
+    more = {"origin": origin, "length": int(rng.integers(0, 200)), "programmed": named}
+    data = content(first, second, SIDES[seed % 3], point=points, tool=(0, 0.2 * (seed % 2), 1), **more)
     for joint in data["rotary"]:
         joint |= {"max_rate": float(rng.integers(20, 90)), "max_acceleration": float(rng.integers(200, 900))}
     rates = {"max_rate": 600.0, "max_acceleration": 2500.0}
