@@ -33,7 +33,7 @@ BESIDE = False, (0.2, 0.5), (0.7, 0.5)
 
 
 def test_false_numbers_and_texts_that_overlap_fail_with_what_they_are(pytester):
-    """True numbers and texts that stand beside each other pass; what overlaps fails although it waits for a guess."""
+    """True numbers and texts that stand beside each other pass; what overlaps fails behind a guess."""
     shutil.copy(ROOT / "notebooks/conftest.py", pytester.path)
     texts = PROSE, *(PROSE.replace(*pair) for pair in FALSE), "No mark: 17."
     drawn = (DRAWN.format(*each) for each in (*OVERLAP, BESIDE))
