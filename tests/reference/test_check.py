@@ -237,6 +237,60 @@ def test_a_text_that_a_condition_chooses_is_a_result(saved, content, verdict):
     assert [fault.cell for fault in report.faults] == ["Sheet!B4"] * (verdict == "wrong")
 
 
+PIPE = {"A1": "v", "B1": 1.7, "A2": "D", "B2": 0.05, "A3": "nu", "B3": 1e-6, "A4": "Re", "B4": "=B1*B2/B3",
+        "A5": "friction", "B5": "=IF(B4<2300,64/B4,0.3164/B4^0.25)"}  # fmt: skip
+ROWS = {f"A{n}": 0.5 + 0.13 * n for n in range(2, 12)} | {
+        "A1": "v", "B1": "Re", "C1": "friction", "E1": "nu", "F1": 1e-6,
+        **{f"B{n}": f"=A{n}*0.05/$F$1" for n in range(2, 12)},
+        **{f"C{n}": f"=IF(B{n}<2300,64/B{n},0.3164/B{n}^0.25)" for n in range(2, 12)},
+        "E2": "largest", "F2": "=MAX(C2:C11)"}  # fmt: skip
+TABLE = {f"A{n}": 3.5 + 3 * n for n in range(2, 9)} | {f"B{n}": 0.5 + n**1.3 for n in range(2, 9)}
+TABLE |= {"A1": "d", "B1": "pitch", "D1": "size", "E1": 13.2, "D2": "found", "E2": "=VLOOKUP(E1,A2:B8,2)"}
+GUARD = {"A1": "way", "B1": 12.5, "A2": "time", "B2": 3.25, "A3": "speed", "B3": "=IF(B2=0,0,B1/B2)"}
+CLAMP = {"A1": "r", "B1": 12.5, "A2": "h", "B2": 3.25, "A3": "rest", "B3": "=MAX(0,B1-2*B2)"}
+MODE = {"A1": "kind", "B1": 1, "A2": "x", "B2": 3.5, "A3": "y", "B3": "=IF(B1=1,B2*2,IF(B1=2,B2*3,B2*4))"}
+MARK = {"A1": "points", "B1": 61, "A2": "mark", "B2": '=IF(B1>=50,"pass","fail")'}
+
+
+@pytest.mark.parametrize(
+    "right, cell, content, verdict",
+    [
+        (PIPE, "B5", "=IF(B4<2300,60/B4,0.3164/B4^0.25)", "wrong"),
+        (PIPE, "B5", "=IF(B4<3200,64/B4,0.3164/B4^0.25)", "wrong"),
+        (PIPE, "B5", "=0.3164/B4^0.25", "wrong"),
+        (PIPE, "B5", "=IF(B1*B2/B3>=2300,0.3164/B4^0.25,64/B4)", "right"),
+        (ROWS, "C5", "=IF(B5<2300,60/B5,0.3164/B5^0.25)", "wrong"),
+        (ROWS, "F2", "=MAX(C2:C10)", "wrong"),
+        (TABLE, "E2", "=VLOOKUP(E1,A2:B6,2)", "wrong"),
+        (TABLE, "E2", "=INDEX(B2:B8,MATCH(E1,A2:A8,1))", "right"),
+        (CLAMP, "B3", "=B1-2*B2", "wrong"),
+        (CLAMP, "B3", "=IF(B1>2*B2,B1-B2-B2,0)", "right"),
+        (MODE, "B3", "=IF(B1=1,B2*2,IF(B1=2,B2*3.5,B2*4))", "wrong"),
+        (MODE, "B3", "=B2*CHOOSE(B1,2,3,4)", "right"),
+        (MARK, "B2", '=IF(B1>50,"pass","fail")', "wrong"),  # whole numbers may be just the limit
+        (MARK, "B2", '=IF(B1<50,"fail","pass")', "right"),
+    ],
+)
+def test_every_branch_is_compared(saved, right, cell, content, verdict):
+    report = compared(saved, right, {**right, cell: content})
+    assert report.verdict == verdict, report
+    assert [fault.cell for fault in report.faults] == [f"Sheet!{cell}"] * (verdict == "wrong")
+
+
+def test_what_no_input_reaches_is_told(saved):
+    right = {**PIPE, "B5": "=IF(SIN(B4)<2,64/B4,0)"}
+    report = compared(saved, right, {**PIPE, "B5": "=64/B4"})
+    assert report.verdict == "right"
+    assert "only the branch SIN(B4) < 2 was compared" in "\n".join(report.warnings)
+    assert not compared(saved, right, right).warnings
+
+
+def test_a_guard_that_a_hand_in_does_without_is_told(saved):
+    report = compared(saved, GUARD, {**GUARD, "B3": "=B1/B2"})
+    assert report.verdict == "right" and "B2 of the reference is 0" in "\n".join(report.warnings)
+    assert compared(saved, GUARD, {**GUARD, "B3": "=IF(B2=0,1,B1/B2)"}).verdict == "wrong"
+
+
 def test_one_text_of_a_column_is_missed(saved):
     column = {"A1": "x", "B1": "sign"} | {f"A{n}": float(n) - 5.5 for n in range(2, 12)}
     right = column | {f"B{n}": f'=IF(A{n}>0,"plus","minus")' for n in range(2, 12)}

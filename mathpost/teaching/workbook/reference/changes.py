@@ -10,6 +10,7 @@ import numpy as np
 
 from mathpost.teaching.workbook.reference.quantities import agree
 from mathpost.teaching.workbook.reference.results import Comparison
+from mathpost.teaching.workbook.reference.unlike import Unlike
 from mathpost.teaching.workbook.sheet.edits import ROUGHLY, edits, said
 from mathpost.teaching.workbook.sheet.formula import Area, Tree
 from mathpost.teaching.workbook.sheet.neighbours import filled
@@ -92,6 +93,16 @@ def all_edits(
     comparison: Comparison, place: Place, own: np.ndarray, wanted: Values
 ) -> Iterator[tuple[str, Tree, Tree, Tree]]:
     """Yield (cause, part, what it should be, whole tree): π, units, those of `sheet.edits`, numbers, squares."""
+    for old, new, whole in Unlike(comparison).corrected(place):
+        known = (c for c, *_, other in _usual_edits(comparison, place, own, wanted) if other == whole)
+        cells = old[0] == new[0] == "area"
+        yield next(known, "wrong reference" if cells else "wrong value"), old, new, whole
+    yield from _usual_edits(comparison, place, own, wanted)
+
+
+def _usual_edits(
+    comparison: Comparison, place: Place, own: np.ndarray, wanted: Values
+) -> Iterator[tuple[str, Tree, Tree, Tree]]:
     sheet = comparison.handed_in
     tree = sheet.trees[place]
     for part in parts_of(tree):

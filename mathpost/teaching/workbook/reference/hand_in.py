@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mathpost.teaching.workbook.reference.branches import Search, Telling
+from mathpost.teaching.workbook.reference.forks import not_compared
 from mathpost.teaching.workbook.reference.inputs import different, match
-from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet, agree
+from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet
 from mathpost.teaching.workbook.reference.results import Comparison
 from mathpost.teaching.workbook.reference.where import Change, edited, first_wrong, repair
 from mathpost.teaching.workbook.report import (
@@ -53,16 +55,19 @@ class HandIn:
         self.wrong: list[Place] = []
         self.after: set[Place] = set()
         self.open: list[str] = [*reference.not_compared]
+        self.not_compared: list[str] = []  # branches, in words
+        self.errors: list[Telling] = []  # of the hand-in, where the reference has a number
 
     def report(self) -> FileReport:
         """Judge, and say what was found."""
         comparison = self.comparison
         comparison.place_results()
-        while comparison.candidates and len(self.faults) < MOST_FAULTS and self._find_fault():
+        while len(self.faults) < MOST_FAULTS and (self._find_fault() or self._differs_elsewhere()):
             comparison.place_results()
         if comparison.steps_too and not self.faults:
             self._ends_that_are_nothing()
         self._numbers()
+        self.open += [self._error_elsewhere(each) for each in self.errors if not each.is_single]
         missing = list(comparison.candidates)
         self.open += self._open_questions(missing)
         nothing = not comparison.found and not self.faults
@@ -78,6 +83,18 @@ class HandIn:
         return report
 
     # Faults.
+
+    def _differs_elsewhere(self) -> bool:
+        """Look where no sample was; whether a result that was found differs there."""
+        comparison = self.comparison
+        if comparison.fixed:
+            return False
+        search = Search(comparison, comparison.found)
+        if telling := search.telling():
+            comparison.look_at(telling)
+        self.not_compared = [*not_compared(search.not_reached)]
+        self.errors = search.errors
+        return bool(telling)
 
     def _find_fault(self) -> bool:
         """Find the first wrong cell of what is missing, and repair it."""
@@ -139,14 +156,15 @@ class HandIn:
     def _add(self, change: Change) -> None:
         sheet, place = self.sheet, change.place
         array = len(sheet.array(place)) > 1
-        after, before, known = sheet.downstream([place]), self.comparison.theirs, {*self.wrong}
+        after, known = sheet.downstream([place]), {*self.wrong}
+        before = {p: text_of(tree) for p, tree in sheet.trees.items()}
         alike = repair(self.comparison, change)[1:]
         self.after |= after | sheet.downstream(alike)
         self.wrong += [place, *alike]
         text = change.message
         if array:
             text = f"{sheet.short(place)}, of the array {sheet.range(sorted(sheet.array(place)))}: {text}"
-        changed = [p for p in alike if p in before and not agree(before[p], self.comparison.theirs[p])]
+        changed = [p for p in alike if before[p] != text_of(sheet.trees[p])]
         first = min([place, *(p for p in changed if p not in known)], key=sheet.reading_order)
         if first != place:
             text = f"as in {sheet.short(place)}: {text}"
@@ -232,7 +250,15 @@ class HandIn:
         for name, cells in names.items():
             yield f"{', '.join(sheet.ranges(cells))}: {name or 'a result of the reference'}"
 
+    def _error_elsewhere(self, each: Telling) -> str:
+        """An error that the hand-in has at other numbers than its own."""
+        numbers = [f"{self.ours.address(p)} of the reference is {v:g}" for p, v in each.given.items()]
+        cell = self.sheet.address(self.comparison.found[each.result])
+        return f"{cell} is an error, where the reference has a number: if {', '.join(numbers[:3])}"
+
     def _warnings(self) -> Iterator[str]:
+        yield from self.not_compared
+        yield from (self._error_elsewhere(each) for each in self.errors if each.is_single)
         for result, cell in self.comparison.found.items():
             if not self.comparison.varies(result):
                 yield f"{self.sheet.address(cell)} is {BY_NUMBER}"

@@ -6,9 +6,12 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
+from mathpost.teaching.workbook.reference.branches import FROM, Telling
+from mathpost.teaching.workbook.reference.forks import selectors
 from mathpost.teaching.workbook.reference.inputs import Matched
 from mathpost.teaching.workbook.reference.quantities import (
     Dictionary,
@@ -20,10 +23,11 @@ from mathpost.teaching.workbook.reference.quantities import (
     sampled,
 )
 from mathpost.teaching.workbook.sheet.place import Place, number_along
-from mathpost.teaching.workbook.sheet.samples import Values, at_samples
+from mathpost.teaching.workbook.sheet.samples import SAMPLES, Values, at_samples
 
 REACHES = (0.25, 0.05, 0.01)  # relative: how far the samples are from the numbers of the sheets
 FUZZY = 0.5  # likeness of labels of which one may name the other's quantity
+MOST_TOLD = 4  # samples at which a result is told to differ
 MOST = 8  # cells that are tried in place of a result that is missing
 
 
@@ -48,7 +52,9 @@ class Comparison:
         theirs = {p: other[cells[0]] / factor.get(p, 1.0) for p, cells in self.matched.cells.items()}
         self.fixed: Values = {}  # cells of the hand-in that hold a number where something else belongs
         whole = {place for place, number in numbers.items() if number == int(number)}
-        for hold, reach in [(set(), reach) for reach in REACHES] + [(whole, reach) for reach in REACHES]:
+        back, chosen = self.matched.back, selectors(self.handed_in)
+        self.selectors = selectors(self.reference) | {back[cell] for cell in chosen if cell in back}
+        for hold, reach in product((self.selectors, whole | self.selectors), REACHES):
             samples = sampled(numbers, theirs, reach)
             self.given = {p: np.full_like(v, numbers[p]) if p in hold else v for p, v in samples.items()}
             self.ours = self.reference.run(self.given)
@@ -79,6 +85,19 @@ class Comparison:
             ):
                 named |= dict.fromkeys(places)
         return [p for p in named if p not in self.reference.messages and np.isfinite(self.ours[p]).all()]
+
+    def look_at(self, telling: Sequence[Telling]) -> None:
+        """Put inputs at which results differ among the samples, and say which cells the results are."""
+        samples = [dict(each) for each in dict.fromkeys(tuple(t.given.items()) for t in telling)][:MOST_TOLD]
+        self.given = {p: at_samples(v).copy() for p, v in self.given.items()}
+        for n, sample in enumerate(samples, SAMPLES - len(samples)):
+            for place, values in self.given.items():
+                values[n] = sample.get(place, values[FROM])
+        self.told = {**self.told, **{t.result: self.found[t.result] for t in telling if dict(t.given) in samples}}
+        self.ours = self.reference.run(self.given)
+        for name in ("known", "steps", "known_cells"):
+            self.__dict__.pop(name, None)
+        self.run()
 
     def run(self) -> None:
         """Evaluate the hand-in, as its formulas are now."""

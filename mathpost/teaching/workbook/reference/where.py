@@ -159,8 +159,13 @@ def repair(comparison: Comparison, change: Change) -> list[Place]:
     relative = sheet.relative(place) if place in sheet.trees and place not in sheet.part else None
     alike = [p for p in sheet.trees if relative is not None and p != place and sheet.relative(p) == relative]
     if comparison.is_template:
-        known = [p for p in alike if p in comparison.ours and p in comparison.reference.trees]
-        alike = [p for p in known if not agree(at_samples(comparison.theirs[p]), at_samples(comparison.ours[p]))]
+        ours, pattern = comparison.reference, comparison.reference.relative(place)
+        known = [p for p in alike if p in comparison.ours and p in ours.trees]
+        alike = [
+            p for p in known
+            if (pattern is not None and ours.relative(p) == pattern)
+            or not agree(at_samples(comparison.theirs[p]), at_samples(comparison.ours[p]))
+        ]  # fmt: skip
     elif len(alike) < PATTERN - 1:
         alike = []
     if change.tree is None:

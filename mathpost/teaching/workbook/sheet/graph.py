@@ -146,7 +146,7 @@ class Graph(Links):
         held: dict[int, np.ndarray] = {}
         for part in [*parts_of(tree)][::-1]:
             with suppress(NotUnderstood):
-                held[id(part)] = evaluate(part, partial(self.look, values=values), held=held)
+                held[id(part)] = evaluate(part, partial(self.look, values=values), self.functions, held)
         return held
 
     def look(self, area: Area, values: Values, take: str = "") -> np.ndarray:
