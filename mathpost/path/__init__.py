@@ -8,6 +8,6 @@ machine strays from the path between two poses, with the default tolerances of t
 
 How APT files of several systems are read: `cl_lines` (the statements of a file), `coordinates` (the frame of the
 points), `cl_words` (the words; those without an effect are in `data/cl/words.toml`), and their effects: `modal` and
-`orders`, `moves` and `arcs`, `holes`; `pieces` are runs of records that a control may have words for. `text` reads
-and writes many numbers at once.
+`orders`, `moves` and `arcs`, `holes`; `pieces` are runs of records that a control may have words for. `nc_words`
+reads the words of NC blocks, of which CL data may have some. `text` reads and writes many numbers at once.
 """

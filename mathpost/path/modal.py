@@ -1,12 +1,8 @@
 """The modal state of CL data, and the commands to the control between two moves."""
 
 import math
-import re
 from dataclasses import dataclass, field
 from typing import Any
-
-# M words that controls have in common or leave to the maker of the machine; they move no axis.
-AUXILIARY = re.compile(r"M(?:0?[01345789]|1[0-689]|2\d|3[1-9]|[4-7]\d|8[0-8])")
 
 
 @dataclass(frozen=True)

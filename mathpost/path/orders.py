@@ -5,14 +5,14 @@ used for them (PTC, "Supported CL Data Commands"; NCCS, PostWorks; ICAM's words 
 """
 
 import math
-import re
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from mathpost.machine import MM_PER_INCH
 from mathpost.path.cl_lines import LARGEST, REAL, Lines, known, need
-from mathpost.path.modal import AUXILIARY, Command, Modal
+from mathpost.path.modal import Command, Modal
+from mathpost.path.nc_words import AUXILIARY, WORD
 
 SCALES = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
 LEAST_FEED = 0.001  # mm/min, which programs print
@@ -43,7 +43,6 @@ FEED_UNITS = {  # mm in it, None for the unit of the file; and whether it is per
     "PERREV": (None, True),
 }
 IN_INCHES = ("IPM", "FPM", "IPR", "FPR")
-NC_WORD = re.compile(r"[A-Z]{1,2}[-+=]*\d*\.?\d+\.?")
 SKIPPED = ("spindle", "coolant", "dwell", "stop", "optional stop", "verbatim")
 
 
@@ -282,7 +281,8 @@ class Orders(Lines):
         text = self.statement[len("INSERT") :].strip()
         slash, text = text.startswith("/"), text.removeprefix("/").strip()
         words = text.upper().split()
-        if words and all(NC_WORD.fullmatch(word) for word in words):
+        nc_words = [match for match in map(WORD.fullmatch, words) if match and len(match[1]) < 3]
+        if words and len(nc_words) == len(words):
             self.verbatim(words)
         else:
             comment = slash or text.startswith(("(", ";"))

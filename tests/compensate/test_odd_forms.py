@@ -11,7 +11,7 @@ from mathpost import machine_file as machines
 from mathpost.errors import InputError
 from mathpost.interface.shell.main import main
 from mathpost.shop.compensate.calibrate import calibrate
-from mathpost.shop.measure.words import Names
+from mathpost.shop.measure.vocabulary import Names
 from tests.compensate import simulated
 from tests.compensate.simulated import Simulated
 

@@ -192,6 +192,7 @@ def test_a_3d_rotation_moves_slides_only():
 @pytest.mark.parametrize(
     ("control", "text", "message"),
     [
+        ("siemens", "G68.2 X0 Y0 Z0 I10 J20 K30", "line 4: expected CYCLE800 with at least ten arguments"),
         ("fanuc", "G68.2 P2 Q1 X0 Y0 Z0\nG1 X5. F100", "line 5: expected G68.2 P2 Q2, G68.2 P2 Q3, found a move"),
         ("fanuc", f"{EULER}\nG53.1 P1\nG1 X1. F9", "found 'P1'"),
         ("fanuc", "G68.4 I1. J2. K3.\nG1 X1. F9", "a plane before G68.4"),

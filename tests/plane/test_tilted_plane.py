@@ -226,6 +226,7 @@ def test_swivel_cycle_moves_its_origin_along_the_turned_axes():
         ("CYCLE800()", "at least ten arguments"),
         ('CYCLE800(0,"TC1",0,192,0,0,0,1,2,3,0,0,0,-1)', "_MODE"),
         ('CYCLE800(0,"TC1",0,57,0,0,0,1,two,3,0,0,0,-1)', "expected numbers"),
+        ('CYCLE800(0,"TC1",0,57,0,0,0,1,nan,3,0,0,0,-1)', "expected numbers"),
         ("AROT X10\nAROT Z5", "line 2: expected one plane only"),
     ],
 )

@@ -19,9 +19,10 @@ from mathpost.frame import Frame
 from mathpost.interface.shell.options import FILE, JSON, PRESENT, THREE, count_of, named
 from mathpost.interface.shell.pose import control_lines, position_rows
 from mathpost.kinematics import Kinematics
+from mathpost.path.nc_words import Words
 from mathpost.rotation import wrap
 from mathpost.shop.controls import plane_blocks
-from mathpost.shop.controls.plane_forms import FORMS, HEADS, Words
+from mathpost.shop.controls.plane_forms import FORMS, HEADS
 from mathpost.shop.plane import pose, positioning
 from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
 

@@ -26,7 +26,7 @@ from mathpost.shop.measure import csv_table
 from mathpost.shop.measure.angular_error import RUNS
 from mathpost.shop.measure.fit import Value
 from mathpost.shop.measure.rotary_axis import location_errors
-from mathpost.shop.measure.words import measure
+from mathpost.shop.measure.vocabulary import measure
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine, Rotary

@@ -12,9 +12,8 @@ import numpy as np
 from mathpost.machine import Machine
 from mathpost.path.cl import commands
 from mathpost.path.modal import Command
-from mathpost.shop.controls.blocks import Blocks, Turn, axis_word
+from mathpost.shop.controls.blocks import PLANES, Blocks, Turn, axis_word
 from mathpost.shop.controls.control import Control
-from mathpost.shop.controls.phrases import PLANES
 
 Between = dict[int, list[str]]  # lines by the move that follows
 RESTS = 8  # moves in which a rotary axis stands still, that are worth clamping it
@@ -269,22 +268,17 @@ def _around(control: Control, axes: tuple[str, ...], blocks: Blocks) -> dict[int
     turns = dict(blocks.turns)
     for row, turn in blocks.turns:
         if arcs.pole:
-            first, second, _ = _of_plane(turn.plane)
-            words = [_position(control, axes[axis], turn.centre[axis]) for axis in sorted((first, second))]
+            in_plane = sorted(PLANES[turn.plane][:2])
+            words = [_position(control, axes[axis], turn.centre[axis]) for axis in in_plane]
             lines[row] = [], [f"{arcs.pole}{''.join(words)}"]
-        elif turn.plane != PLANES[0] and row + 1 not in turns:
-            lines[row + 1] = [arcs.planes[PLANES[0]]], []
+        elif turn.plane != "XY" and row + 1 not in turns:
+            lines[row + 1] = [arcs.planes["XY"]], []
     return lines
-
-
-def _of_plane(name: str) -> tuple[int, int, int]:
-    """The two axes of a plane, and the one square to it."""
-    return [(0, 1, 2), (2, 0, 1), (1, 2, 0)][PLANES.index(name)]
 
 
 def lies_in(axis: int, turn: Turn) -> bool:
     """Whether an axis is one of the plane of an arc."""
-    return axis in _of_plane(turn.plane)[:2]
+    return axis in PLANES[turn.plane][:2]
 
 
 def _position(control: Control, name: str, value: float) -> str:

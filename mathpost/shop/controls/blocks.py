@@ -10,13 +10,14 @@ from mathpost.path.modal import Remark
 
 DECIMALS = 4  # of positions, unless the control's file says so
 FEED = " F"  # precedes a feed
+PLANES = {"XY": (0, 1, 2), "ZX": (2, 0, 1), "YZ": (1, 2, 0)}  # of arcs: two axes, and the one square to them
 
 
 @dataclass(frozen=True)
 class Turn:
     """What a block does that is an arc or a helix: how it comes to its end."""
 
-    plane: str  # "XY", "ZX" or "YZ"
+    plane: str  # one of `PLANES`
     clockwise: bool
     centre: np.ndarray  # shape (3,), mm, in the coordinates of the words
     offset: np.ndarray  # shape (3,), mm, of the centre from the start

@@ -59,11 +59,6 @@ class Drilling:
     dwell: float = 0.0  # seconds that the tool waits there
 
 
-def tidy(body: str) -> str:
-    """Capital letters, and no blank between a letter and its number."""
-    return re.sub(r"(?<![A-Z_\"])([A-Z])\s+(?=[-+]?\.?\d)", r"\1", body.upper())
-
-
 def seconds(meaning: str, text: str) -> float:
     """How long a word waits: where it counts milliseconds, a decimal point makes seconds of them."""
     return float(text) / (1 if meaning == "dwell seconds" or "." in text else 1000)

@@ -16,11 +16,11 @@ import numpy as np
 
 from mathpost.frame import Frame
 from mathpost.machine import MM_PER_INCH
-from mathpost.shop.controls import curves, plane_blocks, plane_forms
+from mathpost.shop.controls import plane_blocks, plane_forms
+from mathpost.shop.controls.arcs_and_holes import heights, holes
+from mathpost.shop.controls.blocks import PLANES
 from mathpost.shop.controls.calls import LABELS
-from mathpost.shop.controls.curves import PLANES
 from mathpost.shop.controls.lines import Drilling, Line
-from mathpost.shop.controls.ways import holes
 from mathpost.shop.plane.tilted_plane import Plane
 
 if TYPE_CHECKING:
@@ -306,12 +306,12 @@ def _makers_place(reader: Lines, line: Line, text: str) -> None:
 
 def _everywhere(reader: Lines, line: Line, text: str) -> None:
     """A cycle behind every move from now on, or none any more."""
-    reader.everywhere = curves.heights(text) if "(" in text else None
+    reader.everywhere = heights(text) if "(" in text else None
 
 
 def _once(reader: Lines, line: Line, text: str) -> None:
     """A cycle where the tool is."""
-    holes(reader, reader.at.words, 2, curves.heights(text))
+    holes(reader, reader.at.words, 2, heights(text))
 
 
 STATEMENTS = {
@@ -363,12 +363,12 @@ ASSUMED = {
     "unit": "no word says whether positions are mm or inches: mm, --unit states it",
     "no point": "{word} in line {line} counts mm, inches or degrees, as if it had a point: {control.whole_numbers}",
 }
-MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise", *PLANES)
+MOTIONS = ("linear", "rapid", "arc clockwise", "arc counterclockwise")
 # Taken by the reader itself: "skip" moves no axis, "flow" is refused, so is "zero" with another number.
 OTHERS = ("skip", *LABELS, "end of section", "return", "argument", "flow", "zero", "tool", "tool number", "length",
           "speed", "work offset", "dwell seconds", "dwell milliseconds", "dwell turns",
           "TCP on", "TCP off", "TCP on with vectors", "TCP on as configured", "TCP off as configured",
-          "plane angle", "absolute axis", "incremental axis")  # fmt: skip
+          "plane angle", "absolute axis", "incremental axis", *(f"plane {name}" for name in PLANES))  # fmt: skip
 # How a plane is gone to: words that a line without a plane has no use for.
 POSITIONING = ("turn", "move", "stay", "higher position", "lower position")
 MEANINGS = (*MODES, *STATEMENTS, *sorted(NUMBERS), *MOTIONS, *ASSUMED, *OTHERS)

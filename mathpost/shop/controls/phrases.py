@@ -6,8 +6,8 @@ What a file does not state, its control is not asked for: programs have straight
 from dataclasses import dataclass
 
 from mathpost.files import TomlTable, a_number, each, one_of, only_if, some_text
+from mathpost.shop.controls.blocks import PLANES
 
-PLANES = ("XY", "ZX", "YZ")  # in the order of the axes square to them, from Z
 # Numbers of a cycle, mm, seconds, mm/min and turns a minute: the coordinates of the surface, the bottom, of where
 # the feed begins and where the tool leaves, and how far these are from the surface; how deep a peck goes.
 CYCLE_FIELDS = ("surface", "bottom", "clearance", "leave", "depth", "above", "retract", "step", "dwell",

@@ -6,8 +6,8 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.files import NUMBER, text_of
+from mathpost.path.nc_words import Words, arguments, bare, numbers
 from mathpost.shop.controls import plane_forms
-from mathpost.shop.controls.plane_forms import Words
 from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
 
 VECTOR_DECIMALS = 7  # the most that the control reads
@@ -16,6 +16,7 @@ POSITIONING = re.compile(
     rf"(?<!\S)(?:TURN|MOVE|STAY|SEQ[-+]|SYM[-+]|(?:COORD|TABLE) ROT|F ?MAX|F ?AUTO"
     rf"|MB ?MAX|(?:DIST|ABST|MB|F) ?{NUMBER})(?!\S)"
 )
+COMMENT, BLOCK_NUMBER = re.compile(";.*"), re.compile(r"^N?\d+\s+")
 
 
 def _mode(order: str) -> int:
@@ -102,7 +103,7 @@ def read(
     plane, form, origin = before, "", np.zeros(3)
     group: list[Words] = []
     for number, line in enumerate(text.splitlines(), 1):
-        where, block = f"line {number}", re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
+        where, block = f"line {number}", bare(line, COMMENT, BLOCK_NUMBER).strip()
         words = Words(block, where)
         if not block:
             continue
@@ -141,14 +142,14 @@ def swivel(text: str) -> tuple[bool, int]:
     >>> swivel('CYCLE800(2,"TC1",0,57,0,0,0,0,45,0,0,0,0,-1,0,1)')
     (False, -1)
     """
-    arguments = [argument.strip() for argument in text[text.index("(") + 1 : text.rindex(")")].split(",")]
-    numbers = []
+    given = _cycle800(text, "CYCLE800")
+    whole = []
     for place in (0, 2, 13):
-        given = arguments[place] if place < len(arguments) else ""
-        if not re.fullmatch(r"(?:[-+]?\d+)?", given):
-            raise InputError("CYCLE800", f"a whole number as argument {place + 1}", repr(given))
-        numbers.append(int(given or 0))
-    retract, added, direction = numbers
+        argument = given[place] if place < len(given) else ""
+        if not re.fullmatch(r"(?:[-+]?\d+)?", argument):
+            raise InputError("CYCLE800", f"a whole number as argument {place + 1}", repr(argument))
+        whole.append(int(argument or 0))
+    retract, added, direction = whole
     if added % 10:
         raise InputError("CYCLE800", "a new plane, _ST 0", f"one on top of the last, _ST {added}")
     return retract == 0, direction
@@ -170,17 +171,22 @@ def _read_plane(words: Words, origin: np.ndarray, keep: str) -> Plane:
     return Plane(notation, words.take(NOTATIONS[notation].words), origin, keep)
 
 
+def _cycle800(text: str, where: str) -> list[str]:
+    """The arguments of a CYCLE800 that defines a plane."""
+    name, given = arguments(text)
+    if name != "CYCLE800" or not 10 <= len(given) <= 17:
+        raise InputError(where, "CYCLE800 with at least ten arguments, at most seventeen", repr(text))
+    return given
+
+
 def _read_cycle800(words: Words) -> Plane:
-    call = re.fullmatch(r"CYCLE800\s*\(([^()]*)\)", words.rest)
-    arguments = [argument.strip() for argument in call.group(1).split(",")] if call else []
-    if not 10 <= len(arguments) <= 17:
-        raise InputError(words.where, "CYCLE800 with at least ten arguments, at most seventeen", repr(words.block))
-    words.rest = ""
+    given = _cycle800(words.rest, words.where)
+    words.rest = words.rest.partition(")")[2]
     try:
-        numbers = [float(argument or 0) for argument in arguments[3:13]]
+        said = numbers(given[3:13])
     except ValueError:
         raise InputError(words.where, "numbers after the swivel data record's name", repr(words.block)) from None
-    mode, origin, angles, shift = int(numbers[0]), numbers[1:4], numbers[4:7], [*numbers[7:], 0, 0, 0][:3]
+    mode, origin, angles, shift = int(said[0]), said[1:4], said[4:7], [*said[7:], 0, 0, 0][:3]
     if mode >> 6 != 1 and mode not in MODES:
         raise InputError(words.where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
     values = angles if mode in MODES else [*angles[:2], 0.0]

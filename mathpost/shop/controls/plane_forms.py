@@ -14,8 +14,9 @@ import numpy as np
 
 from mathpost import euler
 from mathpost.errors import InputError
-from mathpost.files import NUMBER, read_toml
+from mathpost.files import read_toml
 from mathpost.frame import Frame
+from mathpost.path.nc_words import Words
 from mathpost.rotation import unit
 
 FORMS = read_toml(Path(__file__).with_name("forms.toml"))
@@ -23,52 +24,6 @@ HEADS = ("G68.2", "G68.3", "G68.4", "G68.5", "G68", "G268")
 SEVERAL = {2: (1, 2, 3), 3: (1, 2)}  # the blocks that P2 and P3 need, by Q
 ORDERS = (123, 132, 213, 231, 312, 321)  # of three turns: 1 is X
 X, Y, Z = np.eye(3)
-
-
-class Words:
-    """The words of a block: what nobody has taken in the end is refused."""
-
-    def __init__(self, block: str, where: str) -> None:
-        self.block, self.where, self.rest = block, where, block
-        self.half = 0.0  # half of the last digit of those numbers taken that have three or more after the point
-
-    def begin(self, *heads: str) -> str:
-        """Take what the block begins with; "" if it is none of `heads`."""
-        head = next((head for head in heads if re.match(rf"{re.escape(head)}(?![A-Z\d.])", self.rest)), "")
-        self.rest = self.rest.removeprefix(head)
-        return head
-
-    def take(self, words: Iterable[str], optional: bool = False) -> np.ndarray:
-        """Take the values of words; a missing one is 0 if `optional`."""
-        values = []
-        for word in words:
-            pattern = rf"(?<![A-Z]){word}\s*=?\s*({NUMBER})(?![\d.])"
-            found = re.findall(pattern, self.rest)
-            if len(found) > 1 or not (found or optional):
-                raise InputError(self.where, f"one word {word} with a number", f"{len(found)} in {self.block!r}")
-            values.append(float(found[0]) if found else 0.0)
-            if found and (digits := len(found[0].partition(".")[2])) > 2:
-                self.half = max(self.half, 0.5 * 10.0**-digits)
-            self.rest = re.sub(pattern, " ", self.rest)
-        return np.array(values)
-
-    def whole(self, word: str, allowed: Sequence[int], missing: int) -> int:
-        """Take a word that is one of the `allowed` whole numbers, or missing."""
-        if not re.search(rf"(?<![A-Z]){word}", self.rest):
-            return missing
-        value = self.take(word)[0]
-        if value not in allowed:
-            raise InputError(self.where, f"{word} with one of {', '.join(map(str, allowed))}", f"{word}{value:g}")
-        return int(value)
-
-    def drop(self, words: re.Pattern[str]) -> None:
-        """Take words that say nothing about the plane."""
-        self.rest = words.sub(" ", self.rest)
-
-    def done(self) -> None:
-        if rest := self.rest.split():
-            turn = "; R, a turn about I J K, is of G68 X Y Z I J K R" if rest[0].startswith("R") else ""
-            raise InputError(self.where, f"no other words in a block of a plane{turn}", repr(" ".join(rest)))
 
 
 def lacking(texts: Sequence[str]) -> list[str]:

@@ -16,11 +16,12 @@ import numpy as np
 from mathpost.errors import InputError, MathpostError
 from mathpost.files import NUMBER
 from mathpost.machine import MM_PER_INCH, Machine
-from mathpost.shop.controls import calls, curves, stops, ways
-from mathpost.shop.controls.blocks import FEED, Blocks, axis_word
+from mathpost.path.nc_words import bare, tidy
+from mathpost.shop.controls import arcs_and_holes, calls, stops
+from mathpost.shop.controls.blocks import FEED, PLANES, Blocks, axis_word
 from mathpost.shop.controls.control import Control, control_for
 from mathpost.shop.controls.coordinates import Setup
-from mathpost.shop.controls.lines import Drilling, Line, plain, seconds, tidy, tool_name, whole_number
+from mathpost.shop.controls.lines import Drilling, Line, plain, seconds, tool_name, whole_number
 from mathpost.shop.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, POSITIONING, STATEMENTS
 from mathpost.shop.controls.plane_forms import lacking
 from mathpost.shop.controls.track import Blind, Track
@@ -97,7 +98,7 @@ class Lines(Track):
         self.numbered = re.compile(rf"^{number}\d+\s*")
         self.pattern = plain(control.number, control.begin, self._words_behind(), self.names)
         self.speed = np.nan
-        self.plane = "plane XY"
+        self.plane = "XY"
         self.scale = MM_PER_INCH if setup.unit == "inch" else 1.0
         self.incremental = False
         self.per_turn = False
@@ -109,7 +110,7 @@ class Lines(Track):
         self.defined: dict[str, float] = {}  # of a cycle that is called later
         self.plane_angles: dict[str, float] = {}  # degrees, by axis, that a cycle leaves for the program
         self.unfinished: list[str] = []  # blocks of a tilted plane that needs more of them
-        self.everywhere: curves.Heights | None = None  # of the cycle that is done behind every move
+        self.everywhere: arcs_and_holes.Heights | None = None  # of the cycle that is done behind every move
         self.pending = ""  # tool
         self.begun = ""  # of a line that goes on in the next
         self.ended = False
@@ -174,7 +175,7 @@ class Lines(Track):
 
     def words_of(self, text: str) -> str:
         """A line in capital letters, without its number and comments."""
-        return self.numbered.sub("", tidy(self.control.comments.sub(" ", text.removeprefix("/")).strip()))
+        return bare(text, self.control.comments, self.numbered)
 
     def bare(self, text: str) -> str:
         """The same, with numbers for variables and without what gives them one."""
@@ -255,8 +256,8 @@ class Lines(Track):
             MODES[meaning](self, line)
             if meaning in POSITIONING:
                 line.waiting[f"argument {word}"] = word
-        elif meaning in curves.PLANES:
-            self.plane = meaning
+        elif meaning.startswith("plane ") and meaning.removeprefix("plane ") in PLANES:
+            self.plane = meaning.removeprefix("plane ")
         elif meaning in MOTIONS:
             self.motion, self.cycle = meaning, None
         elif meaning in calls.LABELS:
@@ -343,7 +344,7 @@ class Lines(Track):
             line.used("cycle ", "feed", "argument" if line.defines else "cycle ")
             self.go(line)
         if line.called:
-            ways.drill(self)
+            arcs_and_holes.drill(self)
 
     def target(self, line: Line) -> np.ndarray:
         """The words, (j,), that a line leads to."""
@@ -363,7 +364,7 @@ class Lines(Track):
         centred = any(name.startswith("centre ") for name in line.values)
         if not np.isnan(line.feed):
             self.feed = line.feed
-        ways.point(self, line, arc)
+        arcs_and_holes.point(self, line, arc)
         if line.axes and self.unfinished:
             raise self.error(", ".join(lacking(self.unfinished)), "a move")
         if not line.axes and not (arc and (centred or "sweep" in line.values)):
@@ -375,15 +376,15 @@ class Lines(Track):
             line.used("axis ")
             self.stand(self.at.machine_position(named))
         elif self.cycle is not None and not line.curve:
-            ways.hole(self, self.cycle, line)
+            arcs_and_holes.hole(self, self.cycle, line)
         elif arc == "arc":
             raise self.error("the sense of the arc", "none")
         elif arc:
-            ways.turn(self, line, arc == "clockwise")
+            arcs_and_holes.turn(self, line, arc == "clockwise")
         else:
             self.turning = not self.at.tcp and all(self.names.index(name) > 2 for name in line.axes)
             words = self.target(line)
             self.turn(words, line) if self.turning else self.put(words[None], line)
             self.turning = False
             if self.everywhere is not None:
-                ways.holes(self, self.at.words, 2, self.everywhere)
+                arcs_and_holes.holes(self, self.at.words, 2, self.everywhere)

@@ -10,9 +10,10 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
-from mathpost.shop.controls import curves
 from mathpost.shop.controls.coordinates import Coordinates, Setup
 from mathpost.shop.controls.lines import Line
+
+SAME_ANGLE = 1e-3  # degrees, by which the printed digits of a plane may turn the rotary axes
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class Track(bulk.Reader):
 
     def turn_to(self, joints: np.ndarray, angles: np.ndarray) -> None:
         """Turn the rotary axes, degrees, while the slides stay at the positions they have in the printed digits."""
-        if np.abs(angles - self.at.words[3:]).max() < curves.SAME_ANGLE:
+        if np.abs(angles - self.at.words[3:]).max() < SAME_ANGLE:
             self.at.stand(joints, angles)
         else:
             self.stand(np.r_[joints, angles])

@@ -4,7 +4,7 @@ import re
 from itertools import pairwise
 
 from mathpost.files import NUMBER
-from mathpost.path.modal import AUXILIARY
+from mathpost.path.nc_words import AUXILIARY
 
 
 class Words:

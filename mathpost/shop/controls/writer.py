@@ -16,7 +16,6 @@ from mathpost.path.text import Column
 from mathpost.shop.controls.between import Said, between, lies_in, tool_list
 from mathpost.shop.controls.blocks import FEED, Blocks, Turn, axis_word, printed
 from mathpost.shop.controls.control import Control, control_for
-from mathpost.shop.controls.phrases import PLANES
 
 SHORTEST_TIME = 0.001  # s, the least that a block may state
 Values = TypeVar("Values", float, np.ndarray)
@@ -158,10 +157,10 @@ def _turned(control: Control, blocks: Blocks) -> tuple[list[Column], list[Column
     polar = where(lambda turn: turn.helix and bool(arcs.helix))
     before: list[Column] = []
     centres: list[Column] = []
-    plane = PLANES[0]
+    plane = "XY"
     switched: dict[str, list[int]] = {name: [] for name in arcs.planes}
     for last, (row, turn) in zip([-1, *rows], blocks.turns, strict=False):
-        plane = plane if last == row - 1 else PLANES[0]  # where `_around` has selected it again
+        plane = plane if last == row - 1 else "XY"  # where `_around` has selected it again
         if turn.plane != plane:
             plane = turn.plane
             switched[plane].append(row)

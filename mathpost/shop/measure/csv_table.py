@@ -37,7 +37,7 @@ from mathpost.shop.measure.headings import (
     reads,
     row_of,
 )
-from mathpost.shop.measure.words import LONGEST, Names, measure, unit_names
+from mathpost.shop.measure.vocabulary import LONGEST, Names, measure, unit_names
 
 COMMENT = ("#", "%", "//")
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make

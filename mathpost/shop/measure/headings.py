@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from mathpost.files import MINUS
-from mathpost.shop.measure.words import LONGEST, Names, bracket, instead, is_aside, is_count, reverse
+from mathpost.shop.measure.vocabulary import LONGEST, Names, bracket, instead, is_aside, is_count, reverse
 
 if TYPE_CHECKING:
     from mathpost.shop.measure.csv_table import Table

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike
 
 from mathpost.chain import exact_unit, product, turn
 from mathpost.errors import InputError, as_array
-from mathpost.files import NUMBER
 from mathpost.formula import numeric
 from mathpost.machine import Rotary
+from mathpost.path.nc_words import Words
 
 POINT = sp.symbols("x y z", real=True)
 ADDRESSES = "XYZABDESUVW"
@@ -186,13 +186,11 @@ def read_call(block: str) -> dict[str, float]:
 
     A number needs its decimal point, unless it is 0: without one the control counts in its smallest unit.
     """
-    where, arguments = f"block {block!r}", {}
-    pairs = re.findall(rf"([A-Z])\s*({NUMBER})", block.upper())
-    said = [letter + number for letter, number in pairs]
-    if "".join(said) != re.sub(r"\s", "", block.upper()).rstrip(";"):
-        raise InputError(where, "words of a letter and a number", "something else")
+    where = f"block {block!r}"
+    arguments: dict[str, float] = {}
+    pairs = Words(block.upper().rstrip("; "), where).all()
     if [(letter, float(number)) for letter, number in pairs[:2]] != [("G", 65), ("P", 9795)]:
-        raise InputError(where, "G65 P9795", " ".join(said[:2]))
+        raise InputError(where, "G65 P9795", " ".join(letter + number for letter, number in pairs[:2]))
     for letter, number in pairs[2:]:
         if letter not in ADDRESSES or letter in arguments:
             found = f"{letter} twice" if letter in arguments else letter

@@ -12,9 +12,9 @@ from mathpost.errors import InputError
 from mathpost.path.cl import commands
 from mathpost.path.motion import ON_PART
 from mathpost.path.pieces import Arc
-from mathpost.shop.controls import curves
-from mathpost.shop.controls.blocks import Blocks, Turn, printed
-from mathpost.shop.controls.phrases import PLANES, Arcs
+from mathpost.shop.controls import arcs_and_holes
+from mathpost.shop.controls.blocks import PLANES, Blocks, Turn, printed
+from mathpost.shop.controls.phrases import Arcs
 from mathpost.shop.post.draft import Draft
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def arcs(draft: Draft, piece: Arc) -> Iterator[tuple[int, int, Turn]]:
     centre = draft.point(last, piece.centre)
     axis = draft.point(last, np.add(piece.centre, piece.axis)) - centre
     square = int(np.abs(axis).argmax())
-    plane = PLANES[2 - square]
+    plane = _plane(square)
     if plane not in known.planes or np.abs(centre).max() > LARGEST:
         return
     clockwise = bool(axis[square] < 0)
@@ -56,7 +56,7 @@ def arcs(draft: Draft, piece: Arc) -> Iterator[tuple[int, int, Turn]]:
     room = (
         options.tolerance * options.share(draft.path.kin.machine)
         - sagitta
-        - curves.CHORD
+        - arcs_and_holes.CHORD
         - 10.0**-options.control.decimals
     )
     compensated = commands(blocks.remarks, "compensation")
@@ -76,8 +76,12 @@ def arcs(draft: Draft, piece: Arc) -> Iterator[tuple[int, int, Turn]]:
                 known,
                 options.control,
             )
-            if turn is not None and (plane == PLANES[0] or not _compensates(compensated, begin)):
+            if turn is not None and (plane == "XY" or not _compensates(compensated, begin)):
                 yield begin, stop, turn
+
+
+def _plane(square: int) -> str:
+    return next(name for name, axes in PLANES.items() if axes[2] == square)
 
 
 def _angle(start: np.ndarray, end: np.ndarray, square: int, clockwise: bool, about: float) -> float:
@@ -110,7 +114,7 @@ def _turn(
     control: Control,
 ) -> Turn | None:  # fmt: skip
     """The arc through some words, or None if what the control would run from the printed numbers is off them."""
-    plane = PLANES[2 - square]
+    plane = _plane(square)
     start, end = words[0], words[-1]
     centre = np.where(np.arange(3) == square, start[square], centre)
     offset = printed(centre - start, control.decimals)
@@ -121,7 +125,7 @@ def _turn(
         return None
     swept = step * (len(words) - 1)
     try:
-        points = curves.arc(start, end, centre, f"plane {plane}", clockwise, int(np.ceil(swept / WHOLE)) - 1)
+        points = arcs_and_holes.arc(start, end, centre, plane, clockwise, int(np.ceil(swept / WHOLE)) - 1)
     except InputError:
         return None
     parts = np.arange(len(words)) / (len(words) - 1)
