@@ -23,13 +23,7 @@ CALL = re.compile(r"(\w+)\s*\(([^()]*)\)")
 
 
 def bare(line: str, comments: re.Pattern[str], number: re.Pattern[str]) -> str:
-    """Return a line without its stroke, its comments and its number, see `tidy`.
-
-    Examples
-    --------
-    >>> bare("/N20 g1 X 5 ; slowly", re.compile(";.*"), re.compile(r"N\\d+\\s*"))
-    'G1 X5'
-    """
+    """Return a line without its stroke, its comments and its number, see `tidy`."""
     return number.sub("", tidy(comments.sub(" ", line.removeprefix("/")).strip()), count=1)
 
 

@@ -102,4 +102,4 @@ def test_continued_lines_are_taken_in_the_time_of_their_number():
 def test_a_name_that_ends_in_inch_is_a_name():
     words = control.load("heidenhain").words
     for text, unit in (("PART_INCH MM", "mm"), ("PART_MM INCH", "inch"), ("INCH MM", "mm")):
-        assert words.meaning(words.match(f"BEGIN PGM {text}"))[0] == unit
+        assert words.begins(f"BEGIN PGM {text}").meaning == unit

@@ -74,7 +74,7 @@ def end(reader: Lines, meaning: str, word: str) -> None:
 def _section(reader: Lines, first: int) -> list[str]:
     """The lines of a subprogram, from that with its name to that with the word that ends it."""
     for number in range(first, len(reader.texts)):
-        match = reader.control.words.match(reader.words_of(reader.texts[number]))
-        if match and match[0] and reader.control.words.meaning(match)[0] in ("return", "end of section"):
+        word = reader.control.words.begins(reader.words_of(reader.texts[number]))
+        if word and word.meaning in ("return", "end of section"):
             return reader.texts[first - 1 : number + 1]
     raise reader.error("the end of the subprogram", f"none behind line {first}")

@@ -184,17 +184,17 @@ class Control:
         for word in words:
             if not word.strip():
                 raise InputError(where, "words of the machine, such as M250", repr(word))
-            match = self.words.match(word.upper())
-            if match and match[0] and self.words.meaning(match)[0] != "skip":
-                meaning, found, _ = self.words.meaning(match)
-                raise InputError(where, f"a word that {self.name} does not know", f"{found!r}, {meaning}")
+            known = self.words.begins(word.upper())
+            if known and known.meaning != "skip":
+                found = f"{known.text!r}, {known.meaning}"
+                raise InputError(where, f"a word that {self.name} does not know", found)
         more = {word.upper(): "skip" for word in words}
         return replace(self, read=self.read | more) if more else self
 
     def ends(self, line: str) -> bool:
         """Whether a line has a word that ends the program."""
-        found = [self.words.match(word) for word in self.comments.sub(" ", line).split()]
-        return any(match is not None and self.words.meaning(match)[0] == "end" for match in found)
+        found = [self.words.begins(word) for word in self.comments.sub(" ", line).split()]
+        return any(word is not None and word.meaning == "end" for word in found)
 
     @cached_property
     def comments(self) -> re.Pattern:

@@ -26,6 +26,7 @@ from mathpost.shop.controls.meanings import ASSUMED, MODES, MOTIONS, NUMBERS, PO
 from mathpost.shop.controls.plane_forms import lacking
 from mathpost.shop.controls.track import Blind, Track
 from mathpost.shop.controls.variables import Variables
+from mathpost.shop.controls.words import Word
 
 MOST_DIGITS = 40  # in a row
 
@@ -194,21 +195,17 @@ class Lines(Track):
             raise self.error(f"numbers of less than {MOST_DIGITS} digits", "a longer one")
         line = Line()
         while body:
-            if match := self.axis.match(body):
-                self.take_axis(line, match[1], match[2], "", match[0])
-            elif (match := self.control.words.match(body)) and match[0]:
-                self.take_word(line, *self.control.words.meaning(match))
-            elif match := self.feed_word.match(body):
-                self.take_feed(line, match)
-            else:
+            word = self.next_word(body)
+            if word is None:
                 raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
-            body = body[match.end() :].lstrip()
+            self.take_word(line, *word)
+            body = body[len(word.text) :].lstrip()
         if skipped and (line.axes or line.statement):
             raise self.error("a move that is never left out", "one behind an oblique stroke")
         try:
             self.obey(line)
-            for word in line.waiting.values():
-                raise self.error("a word that says something in this line", repr(word.strip()))
+            for unused in line.waiting.values():
+                raise self.error("a word that says something in this line", repr(unused.strip()))
         except InputError as error:
             if error.where.startswith(self.name):
                 raise
@@ -218,6 +215,15 @@ class Lines(Track):
         if line.gone:
             calls.go(self, *line.gone)
 
+    def next_word(self, body: str) -> Word | None:
+        """The word that a line begins with, of an axis, of the control or of the feed; None if it is not known."""
+        if match := self.axis.match(body):
+            return Word(" axis", match[0], (match[1], match[2]))
+        if word := self.control.words.begins(body):
+            return word
+        match = self.feed_word.match(body)
+        return Word("feed", match[0], (match[1], match[2] or "")) if match else None
+
     def take_axis(self, line: Line, name: str, value: str, counted: str, word: str) -> None:
         if name not in self.names:
             raise self.error(f"one of the axes {' '.join(self.names)}", repr(name))
@@ -226,20 +232,20 @@ class Lines(Track):
         line.axes[name] = float(value), counted
         line.waiting[f"axis {name}"] = word
 
-    def take_feed(self, line: Line, match: re.Match[str]) -> None:
+    def take_feed(self, line: Line, name: str, number: str, word: str) -> None:
         """Take a word that says rapid, a feed, or the time of the block."""
-        word, value = match[1], float(match[2] or "nan")
+        value = float(number or "nan")
         rapid, block_time = self._words_behind()
-        if word == rapid and not match[2]:
+        if name == rapid and not number:
             line.rapid = True
             return
-        if not value > 0 or word == rapid:
-            raise self.error("a feed above 0", repr(match[0]))
-        line.waiting["feed"] = match[0]
-        if word == "F" and not self.inverse:
+        if not value > 0 or name == rapid:
+            raise self.error("a feed above 0", repr(word))
+        line.waiting["feed"] = word
+        if name == "F" and not self.inverse:
             line.feed = value * self.scale * (self.speed if self.per_turn else 1.0)
         else:
-            line.seconds = value if word == block_time else 60 / value
+            line.seconds = value if name == block_time else 60 / value
 
     def assumed(self) -> list[str]:
         """What was taken for granted, as sentences."""
@@ -293,6 +299,8 @@ class Lines(Track):
             self.note(meaning, word)
         elif meaning == "speed":
             self.speed = float(values[0])
+        elif meaning == "feed":
+            self.take_feed(line, values[0], values[1], word)
         elif meaning.endswith(" axis"):
             self.take_axis(line, values[0], values[1], meaning.removesuffix(" axis"), word)
         elif meaning in STATEMENTS:

@@ -57,7 +57,7 @@ def _listed(words: list[str], found: dict[str, list[int]]) -> str:
 
 def _unknown(reader: Lines) -> Iterator[tuple[int, str]]:
     """The words that stop the reading, with their lines, from the first stop to the end."""
-    words, begun = reader.control.words, ""
+    begun = ""
     for number, text in enumerate(reader.texts[:MOST_LINES], 1):
         if number < reader.line:
             continue
@@ -72,19 +72,16 @@ def _unknown(reader: Lines) -> Iterator[tuple[int, str]]:
             yield number, reader.words_of(text)[:30]
             continue
         while body:
-            match = reader.axis.match(body) or words.match(body)
-            if match is None or not match[0]:
-                match = reader.feed_word.match(body)
-            elif match.re is not reader.axis:
-                meaning, word, _ = words.meaning(match)
-                if meaning == "flow":
-                    yield number, word[:30]
-                if meaning == "end":
-                    return
-            if match is None:
+            word = reader.next_word(body)
+            if word is None:
                 match = MAKERS.match(body)
-                yield number, _template(match[0] if match else body.split(maxsplit=1)[0])
-            body = body[match.end() if match else len(body.split(maxsplit=1)[0]) :].lstrip()
+                text = match[0] if match else body.split(maxsplit=1)[0]
+                yield number, _template(text)
+            elif word.meaning == "end":
+                return
+            elif word.meaning == "flow":
+                yield number, word.text[:30]
+            body = body[len(word.text if word else text) :].lstrip()
 
 
 def _template(word: str) -> str:
@@ -96,7 +93,7 @@ def _template(word: str) -> str:
 def _stays(word: str) -> bool:
     """Whether no control that we know moves an axis by an M word, or switches how words are taken."""
     for name in controls.names():
-        match = controls.load(name).words.match(word)
-        if match and match[0] and controls.load(name).words.meaning(match)[0] != "skip":
+        known = controls.load(name).words.begins(word)
+        if known and known.meaning != "skip":
             return False
     return True

@@ -87,13 +87,13 @@ class Variables:
         """Whether an equals sign gives a variable a number, and does not belong to a word of the control."""
         if self.kind == "R" and not re.fullmatch(r"R\d+", name):
             return name in self.declared
-        match = self.words.match(text)
-        return match is None or not self.words.meaning(match)[0].startswith("cycle ")
+        word = self.words.begins(text)
+        return word is None or not word.meaning.startswith("cycle ")
 
     def moves_nothing(self, body: str) -> bool:
         """Whether a line is one word that moves no axis: its variables, as in CYCLE832, do not matter."""
-        match = self.words.match(body)
-        return match is not None and match[0] == body and self.words.meaning(match)[0] == "skip"
+        word = self.words.begins(body)
+        return word is not None and word.text == body and word.meaning == "skip"
 
     def assign(self, name: str, text: str) -> None:
         """Give a variable its number."""

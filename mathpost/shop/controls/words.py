@@ -2,13 +2,22 @@
 
 import re
 from itertools import pairwise
+from typing import NamedTuple
 
 from mathpost.files import NUMBER
 from mathpost.path.nc_words import AUXILIARY
 
 
+class Word(NamedTuple):
+    """A word of a control."""
+
+    meaning: str
+    text: str
+    values: tuple[str, ...]  # texts of the fields in it
+
+
 class Words:
-    """Words with their meanings: `match` finds the one that a text begins with, the most literal of several."""
+    """All words of a control with their meanings."""
 
     def __init__(self, known: dict[str, str]) -> None:
         ordered = sorted(known.items(), key=lambda item: (-len(re.sub(r"{.*?}", "", item[0])), item[0]))
@@ -16,19 +25,21 @@ class Words:
             *((_pattern(word), meaning) for word, meaning in ordered),
             (rf"{AUXILIARY.pattern}(?![\d.])", "skip"),
         ]
-        every = re.compile("|".join(f"(?P<word{n}>{pattern})" for n, (pattern, _) in enumerate(patterns)))
-        self.match = every.match
-        places = pairwise((*every.groupindex.values(), every.groups + 1))
+        self.every = re.compile("|".join(f"(?P<word{n}>{pattern})" for n, (pattern, _) in enumerate(patterns)))
+        places = pairwise((*self.every.groupindex.values(), self.every.groups + 1))
         self.meanings = {  # by the group of each word: the meaning, and how many groups are in it
             group: (meaning, following - group - 1)
             for (group, following), (_, meaning) in zip(places, patterns, strict=True)
         }
 
-    def meaning(self, match: re.Match) -> tuple[str, str, tuple[str, ...]]:
-        """Return the meaning of what `match` found, its text, and the texts of the fields in it."""
+    def begins(self, text: str) -> Word | None:
+        """Return the word that a text begins with, the most literal of several; None if it is not known."""
+        match = self.every.match(text)
+        if match is None or not match[0]:
+            return None
         group = match.lastindex or 0
         meaning, inside = self.meanings[group]
-        return meaning, match[0], match.groups()[group : group + inside]
+        return Word(meaning, match[0], match.groups()[group : group + inside])
 
 
 # What a word of a control's file may contain: a number, a name, the name of an axis, text within brackets or
