@@ -378,41 +378,6 @@ def test_the_centre_is_first_told_where_it_was_measured(tmp_path):
 # What instruments and controls write
 
 
-def _touches(machine, rng):
-    """LinuxCNC's log of five touches of a ball at each of twelve poses, in the coordinates of a work offset."""
-    tilts, turns = np.repeat([0.0, 30, -30], 4), np.tile([0.0, 90, 180, 270], 3)
-    angles = {"A": np.deg2rad(tilts), "C": np.deg2rad(turns)}
-    shown = machine.display(np.tile((120.0, 20, 40), (12, 1)), angles, np.full(12, simulated.LENGTH))
-    rows = []
-    for centre, tilt, turn in zip(shown - OFFSET, tilts, turns, strict=True):
-        for side in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)):
-            touch = centre + 13.5 * np.array(side) + rng.normal(0, 5e-4, 3)
-            rows.append(" ".join(f"{x:f}" for x in (*touch, tilt, 0, turn, 0, 0, 0)))
-    return "\n".join(rows) + "\n"
-
-
-OFFSET = (7.0, 8.0, -9.0)
-
-
-def test_the_log_of_touches_of_linuxcnc(tmp_path):
-    path = tmp_path / "machine.toml"
-    path.write_text(simulated.toml("table"), encoding="utf-8")
-    machine, real = machines.load(path), Simulated("table", np.random.default_rng(3))
-    log = tmp_path / "probe.txt"
-    log.write_text(_touches(real, np.random.default_rng(4)), encoding="utf-8")
-    with pytest.raises(InputError, match="# start = X Y Z, the work offset in which LinuxCNC logged"):
-        calibrate(machine, [log], unit="mm")
-    found = calibrate(machine, [log], unit="mm", start="7 8 -9")
-    assert found.fits and "60 touches of a ball at 12 poses" in found.notes[0]
-    for name, true in real.true.items():
-        assert abs(found[name].value - true) < 1.5 * found[name].U
-    log.write_text(log.read_text(encoding="utf-8").split("\n", 3)[3], encoding="utf-8")
-    with pytest.raises(
-        InputError, match="line 1: expected 4 touches of a ball or more at each A B C, found 2 at 0 0 0"
-    ):
-        calibrate(machine, [log], unit="mm", start="7 8 -9")
-
-
 @pytest.mark.parametrize(
     ("content", "instead"),
     [

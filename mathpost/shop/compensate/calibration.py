@@ -16,7 +16,14 @@ import numpy as np
 from mathpost.errors import one_line
 from mathpost.rotation import unit
 from mathpost.shop.compensate import readings as files
-from mathpost.shop.compensate.model import SQUARENESS, MachineErrors, constant_errors, error_names, out_of_square
+from mathpost.shop.compensate.model import (
+    SQUARENESS,
+    MachineErrors,
+    constant_errors,
+    error_names,
+    out_of_square,
+    shown_in,
+)
 from mathpost.shop.compensate.moved import displayed, moved
 from mathpost.shop.compensate.positioning import Positioning
 from mathpost.shop.measure import rotary_axis
@@ -36,14 +43,11 @@ class Calibration:
     nominal: Machine  # as the control believed it to be
     values: dict[str, float]  # unknowns of the geometry: what the machine has more than `nominal`, mm or radians
     positioning: tuple[Positioning, ...]  # for each axis measured
-    parts: tuple[
-        tuple[np.ndarray, float], ...
-    ]  # for each file: its share of the covariance of all unknowns, geometry first, and its freedom
+    # For each file: its share of the covariance of all unknowns, geometry first, and its freedom.
+    parts: tuple[tuple[np.ndarray, float], ...]
     assumed: dict[str, str]  # unknowns that the readings do not determine: the reason
     noise: dict[str, tuple[float, float]]  # files: the standard deviation of a reading and its degrees of freedom
-    bar: dict[
-        str, Value
-    ]  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
+    bar: dict[str, Value]  # "length", by which the test bar is longer than the tool, and its ball's "radius"
     about: np.ndarray  # positions of the slides, mm, shape (3,), at which squareness counts as nothing
     doubts: tuple[str, ...] = ()  # sentences: why the readings do not fit
     notes: tuple[str, ...] = ()  # sentences: what else was seen
@@ -101,22 +105,21 @@ class Calibration:
         return Value(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
 
     def __str__(self) -> str:
-        lines = (
-            ["The readings fit."] if self.fits else ["THE READINGS DO NOT FIT:", *(f"  {d}" for d in self.doubts)]
-        )
-        if self.fits and self.unchecked:
-            lines = [
-                "NOTHING CHECKS THE READINGS: none is to spare, U rests on the stated noise. Read one more angle."
-            ]
+        lines = ["The readings fit."]
+        if not self.fits:
+            lines = ["THE READINGS DO NOT FIT:", *(f"  {doubt}" for doubt in self.doubts)]
+        elif self.unchecked:
+            said = "none is to spare, U rests on the stated noise. Read one more angle."
+            lines = [f"NOTHING CHECKS THE READINGS: {said}"]
         if self.methods == ("centre",):
             lines += self._centres(where_measured=True)
         lines.append(f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom")
         for name in self.values:
-            each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
-            found = f"{size * each.value:z10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
+            each, (size, unit) = self[name], shown_in(name)
+            found = f"{size * each.value:z10.2f} {size * each.U:9.2f} {unit:4s} {each.k:5.2f}"
             lines.append(f"{name:6s} {found} {each.free:>8s}")
         for axis in self.positioning:
-            size, unit = (np.degrees(3600), "arcsec") if axis.joint > 2 else (1e3, "µm")
+            size, unit = axis.unit
             most = size * coverage_factor(axis.freedom) * axis.sigma.max()
             found = f"range {size * np.ptp(axis.value):.2f} {unit}, U {most:.2f} at a target"
             closed = f"; closes to {size * axis.closure:.2f} {unit}" if axis.closure else ""

@@ -13,6 +13,7 @@ import numpy as np
 from mathpost.errors import ReachError
 from mathpost.rotation import unit
 from mathpost.shop.compensate.held import held
+from mathpost.shop.compensate.model import shown_in
 from mathpost.shop.compensate.problem import Problem
 from mathpost.shop.compensate.readings import METHODS
 from mathpost.shop.measure.fit import coverage_factor
@@ -39,7 +40,7 @@ def reasons(problem: Problem, names: list[str], noise: float) -> dict[str, str]:
     found = {}
     for name in names:
         most = coverage_factor(np.inf) * problem.prior[problem.names.index(name)]
-        size, letters = (1e3, "µm") if name[1] in "XYZ12" else (1e6, "µrad")
+        size, letters = shown_in(name)
         taken = f"taken for 0 ± {size * most:.0f} {letters}, which is in U"
         others = problem.reasons.get(name)
         if others is None:

@@ -10,7 +10,7 @@ from mathpost.errors import InputError
 from mathpost.files import read_text, read_toml, write_set
 from mathpost.machine_file import find
 from mathpost.shop.compensate.calibration import Calibration, columns
-from mathpost.shop.compensate.model import error_names, fingerprint
+from mathpost.shop.compensate.model import error_names, fingerprint, shown_in
 from mathpost.shop.compensate.terms import terms
 from mathpost.shop.controls import compensation_table
 
@@ -68,7 +68,7 @@ def error_files(calibration: Calibration) -> dict[str, str]:
     """Return errors.toml and its tables, names to texts, for ``post --errors`` with the calibrated machine."""
     machine, files, tables = calibration.machine, {}, []
     constant = dict(zip(error_names(machine), calibration.errors.constant.tolist(), strict=True))
-    sizes = {name: (1e3 if name[1] in "XYZ" else 1e6) * value for name, value in constant.items() if value}
+    sizes = {name: shown_in(name)[0] * value for name, value in constant.items() if value}
     for each in calibration.positioning:
         name = machine.joint_names[each.joint]
         entry = {"joint": name, "file": f"errors_{name.lower()}.csv"}

@@ -218,9 +218,8 @@ class MachineErrors:
 
     machine: Machine
     constant: np.ndarray  # shape (33,), in the order of `error_names`, mm and radians
-    curves: tuple[
-        tuple[int, Curve], ...
-    ] = ()  # pairs: an error's index, and its table in µm or µrad over the position of its joint
+    # An error's index, and its table in µm or µrad over the position of its joint.
+    curves: tuple[tuple[int, Curve], ...] = ()
     drift: np.ndarray | float = 0.0  # added to `constant` since the calibration, by heat for instance
 
     def at(self, joints: ArrayLike) -> np.ndarray:
@@ -358,6 +357,16 @@ def _table(entry: TomlTable, path: Path | str, machine: Machine) -> list[tuple[i
     return curves
 
 
+def is_length(name: str) -> bool:
+    """Return whether an error is a displacement, mm, and no rotation, radians; E10B goes along no machine axis."""
+    return name[1] in "XYZ12"
+
+
+def shown_in(name: str) -> tuple[float, str]:
+    """Return how many of the unit in which an error is shown make a mm or a radian, and the unit."""
+    return (1e3, "µm") if is_length(name) else (1e6, "µrad")
+
+
 def _unit(name: str) -> tuple[str, float]:
     """An error's unit in a file and its size: displacements are µm, rotations and squareness µrad."""
-    return ("um", 1e-3) if name[1] in "XYZ" else ("urad", 1e-6)
+    return ("um", 1e-3) if is_length(name) else ("urad", 1e-6)

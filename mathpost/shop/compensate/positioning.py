@@ -47,6 +47,11 @@ class Positioning:
     notes: tuple[str, ...] = ()  # sentences on the file
     doubts: tuple[str, ...] = ()  # and on what is wrong with it
 
+    @property
+    def unit(self) -> tuple[float, str]:
+        """How many of the unit in which the error is shown make a radian or a mm, and the unit."""
+        return unit_of(self.joint)
+
     def curve(self, values: np.ndarray) -> Curve:
         """The spline through `values`, shape (targets, ...), as `mathpost.shop.measure.spline.Curve`."""
         return spline.through_all(spline.Points(self.at, values, 360.0 if self.endless else None))
@@ -55,6 +60,11 @@ class Positioning:
     def weights(self) -> Curve:
         """What each entry counts for at a position: a spline, too, as a spline is linear in its entries."""
         return self.curve(np.eye(len(self.at)))
+
+
+def unit_of(joint: int) -> tuple[float, str]:
+    """Return how many of the unit of a joint's positioning error make a radian or a mm, and the unit."""
+    return (np.degrees(3600), "arcsec") if joint > 2 else (1e3, "µm")
 
 
 def positioning(table: Table, machine: Machine) -> Positioning:
@@ -95,28 +105,17 @@ def positioning(table: Table, machine: Machine) -> Positioning:
     means = np.array([np.mean([each.mean() for each in group]) for group in groups])
     spread = np.array([np.sqrt(sum(1 / len(each) for each in group)) / len(group) for group in groups])
     reversal = max((abs(group[0].mean() - group[1].mean()) for group in groups if len(group) == 2), default=0.0)
-    closure, doubts = _closure(turns, sigma, "arcsec" if rotary else "µm", name)
+    closure, doubts = _closure(turns, sigma, axis, name)
     doubts = (*doubts, *_odd_run(table.path, columns, backwards, values))
     if len(values) >= FEWEST:
         doubts = (*doubts, *(f"{table.path}: {each}" for each in _confused(columns, np.array(backwards), values)))
-    size = np.degrees(3600) if rotary else 1e3
-    if 0 < size * np.abs(values).max() < SMALLEST:
-        found = f"{size * np.abs(values).max():.4f} {'arcsec' if rotary else 'µm'}"
-        doubts = (*doubts, f"{table.path}: no deviation is greater than {found}: is the unit right?")
+    size, unit = unit_of(axis)
+    if 0 < (most := size * np.abs(values).max()) < SMALLEST:
+        doubts = (*doubts, f"{table.path}: no deviation is greater than {most:.4f} {unit}: is the unit right?")
     return Positioning(
-        table.header,
-        axis,
-        np.array(sorted(runs)),
-        means,
-        sigma * spread,
-        freedom,
-        endless,
-        float(reversal),
-        closure,
-        float(sigma),
-        table.notes,
-        doubts,
-    )
+        table.header, axis, np.array(sorted(runs)), means, sigma * spread, freedom, endless, float(reversal),
+        closure, float(sigma), table.notes, doubts,
+    )  # fmt: skip
 
 
 def _odd_run(path: str, columns: Sequence[str], backwards: Sequence[bool], values: np.ndarray) -> tuple[str, ...]:
@@ -193,10 +192,10 @@ def _targets(table: Table, machine: Machine, axis: int, place: str) -> np.ndarra
 
 
 def _closure(
-    turns: dict[float, dict[float, list[float]]], sigma: float, unit: str, name: str
+    turns: dict[float, dict[float, list[float]]], sigma: float, joint: int, name: str
 ) -> tuple[float, tuple[str, ...]]:
     """By how much an error had changed when the axis came round, and the doubt that this raises."""
-    size = np.degrees(3600) if unit == "arcsec" else 1e3
+    size, unit = unit_of(joint)
     around = [[np.mean(each) for _, each in sorted(found.items())] for found in turns.values() if len(found) > 1]
     closure = max((each[-1] - each[0] for each in around), key=abs, default=0.0)
     readings = min((len(each) for found in turns.values() if len(found) > 1 for each in found.values()), default=1)

@@ -28,12 +28,8 @@ def unmoved(machine: Machine, blocks: Sequence[Readings]) -> list[str]:
         shown = block.joints[:, ["xyz".index(name) for name in read]]
         for n, rotary in enumerate(machine.rotary):
             turned = np.degrees(np.ptp(block.joints[:, 3 + n]))
-            if (
-                rotary.carries == "workpiece"
-                and turned > TURNED
-                and len(read) > 1
-                and np.ptp(shown, axis=0).max() < STILL
-            ):
+            stood = len(read) > 1 and np.ptp(shown, axis=0).max() < STILL
+            if rotary.carries == "workpiece" and turned > TURNED and stood:
                 said = f"what was probed stays where it is while {rotary.name} turns by {turned:.0f}°"
                 found.append(f"{block.where}: {said}: it is on the axis, or the table did not turn")
     return found

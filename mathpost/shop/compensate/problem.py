@@ -13,11 +13,12 @@ from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike
 
 from mathpost.errors import InputError
 from mathpost.shop.compensate import held
@@ -88,9 +89,8 @@ class Problem:
         self.names = unknowns(machine)
         self.sources: list[Readings | Positioning] = [*blocks, *tables]
         seen = {each.joint for each in tables}
-        moving = [
-            n for n in range(len(machine.joint_names)) if any(np.ptp(each.joints[:, n]) > 0 for each in blocks)
-        ]
+        joints = range(len(machine.joint_names))
+        moving = [n for n in joints if any(np.ptp(each.joints[:, n]) > 0 for each in blocks)]
         # Squareness and scale of a slide count from where it was read: there the axes are where they are displayed.
         standing = [self.slides(each, each.joints) for each in blocks] or [np.zeros((1, 3))]
         self.about = np.concatenate(standing).mean(axis=0)
@@ -101,7 +101,7 @@ class Problem:
         self.entries, parts = parts[: len(tables)], parts[len(tables) :]
         self.terms, parts = parts[: len(self.effects)], parts[len(self.effects) :]
         self.drifts, self.places = parts[: len(blocks)], parts[len(blocks) :]
-        self.count = ([self.geometry, *self.entries, *self.terms, *self.drifts, *self.places])[-1].stop
+        self.count = [self.geometry, *self.entries, *self.terms, *self.drifts, *self.places][-1].stop
         self.rows = _slices(len(each.value) for each in self.sources)
         self.observed = np.concatenate([each.value for each in self.sources])
         self.moves = _moves(machine)
@@ -130,20 +130,15 @@ class Problem:
         are sought and have their part in the noise. If not, they widen the uncertainty, by what the readings leave
         of them.
         """
-        sigmas = (np.nan_to_num(each.sigma, nan=1e-3) for each in self.sources)
-        given = np.concatenate(
-            [np.broadcast_to(sigma, len(each.value)) for sigma, each in zip(sigmas, self.sources, strict=True)]
-        )
+        given = self._of_readings([np.nan_to_num(each.sigma, nan=1e-3) for each in self.sources])
         start = self._exact(self.sought(), given, np.zeros(self.count))
         self.linear = start, *self.predict(self.all, start)
         plain = self._noise(self.sought(), given)
         if plain is None:
             raise self._too_few(self.sought(), given)
         noise = plain
-        for more in (
-            self.sought(effects, drift) for drift in (0, 3, 6) for effects in (False, True) if effects or drift
-        ):
-            found = self._noise(more, given)
+        for drift, effects in list(product((0, 3, 6), (False, True)))[1:]:
+            found = self._noise(self.sought(effects, drift), given)
             if found is not None and self._speaks_for(found, noise):
                 noise = found
         sought, others = noise.kept, [n for n in self.sought(effects=True) if n not in noise.kept]
@@ -159,13 +154,16 @@ class Problem:
 
         `noise` is that of each file in mm. All unknowns are sought, in one linear step from nothing.
         """
-        each_file = (sigma for sigma in noise)
-        given = [each.sigma if isinstance(each, Positioning) else next(each_file) for each in self.sources]
-        sigmas = np.concatenate(
-            [np.broadcast_to(sigma, len(each.value)) for sigma, each in zip(given, self.sources, strict=True)]
-        )
+        each_file = iter(noise)
+        stated = [each.sigma if isinstance(each, Positioning) else next(each_file) for each in self.sources]
+        sigmas = self._of_readings(stated)
         found = self._estimate(self.sought(effects=True, drift=3), sigmas, [])
         return float(((found.residuals / sigmas) ** 2).sum() + ((found.x / self.prior) ** 2).sum())
+
+    def _of_readings(self, of_sources: Sequence[ArrayLike]) -> np.ndarray:
+        """A number of each source, or one of each of its readings, as one array of all readings."""
+        pairs = zip(of_sources, self.sources, strict=True)
+        return np.concatenate([np.broadcast_to(number, len(each.value)) for number, each in pairs])
 
     def read_again(self, blocks: list[Readings]) -> Problem:
         """The same with other readings of the same poses; with other poses it is derived anew."""

@@ -124,7 +124,7 @@ def read_table(path: Path | str, machine: Machine, **settings: Any) -> Table:
         raise InputError(key, f"settings among {', '.join(csv_table.KNOWN)}", "none of them")
     lines = csv_table.scan(path)
     said = {key: str(value) for key, value in settings.items()} | lines.settings
-    table = instrument.read(lines, machine, said)
+    table = instrument.read(lines, machine)
     if table is not None:
         said |= table.settings
     method = said.get("method", "").casefold()

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from mathpost.errors import InputError
-from mathpost.shop.compensate.model import SQUARENESS
+from mathpost.shop.compensate.model import SQUARENESS, is_length
 from mathpost.shop.compensate.readings import METHODS, Readings
 from mathpost.shop.compensate.unmeasured import shown
 
@@ -22,26 +22,18 @@ if TYPE_CHECKING:
 CHANCE = 0.002  # of readings that fit, below which a file is doubted for one of these reasons
 SPARE = 0.5  # readings to spare below which nothing tells whether they fit
 SMALLEST = 2e-5  # mm: no method scatters less
-LARGEST = {
-    "length": 1.0,
-    "angle": 5e-3,
-}  # U of a location, mm, and of a tilt, radians, beyond which nothing is known
-FAR = {"length": 5.0, "angle": 2e-2}  # and what a machine does not have
+LARGEST = {True: (1.0, "mm"), False: (5e-3, "rad")}  # by `is_length`: U beyond which nothing is known of an axis
+FAR = {True: (5.0, "mm"), False: (2e-2, "rad")}  # and how far no machine's axis is off
 CHECKED = 0.05  # of a reading that the estimate leaves free: with less, no other reading checks it
 BEYOND = 3  # standard uncertainties beyond which what nobody measured is no longer what was assumed
 DRAWS, SEED = 1000, 1
 MANY = 2000  # readings of a file beyond which patterns are not sought
 
 
-def kind(name: str) -> str:
-    """What an unknown is: a "length" or an "angle"."""
-    return "length" if name[1] in "XYZ12" else "angle"
-
-
 def refuse_absurd(found: Calibration) -> None:
     """Raise `InputError` for a `Calibration` that leaves an axis open by more than any machine is wrong."""
     for name in found.values:
-        most, unit = LARGEST[kind(name)], "mm" if kind(name) == "length" else "rad"
+        most, unit = LARGEST[is_length(name)]
         if found[name].U > most:  # noqa: SIM300, no constant
             said = "(two balls in one file need a column setup; more angles help)"
             expected = f"readings that tell {name} to ± {most:g} {unit} or better {said}"
@@ -78,9 +70,9 @@ def left_out(problem: Problem, solution: Solution, found: Calibration) -> list[s
 
 def far_off(found: Calibration) -> list[str]:
     """Sentences on axes that are far from where the machine file has them."""
-    far = [name for name in found.values if abs(found.values[name]) > FAR[kind(name)]]
-    sizes = [f"{name} is {found.values[name]:.3g} {'mm' if kind(name) == 'length' else 'rad'}" for name in far]
-    return [f"{each}: more than any machine has; the right machine file, the right axis?" for each in sizes]
+    said = "more than any machine has; the right machine file, the right axis?"
+    sizes = {name: (value, *FAR[is_length(name)]) for name, value in found.values.items()}
+    return [f"{n} is {value:.3g} {unit}: {said}" for n, (value, most, unit) in sizes.items() if abs(value) > most]
 
 
 def judge(problem: Problem, solution: Solution) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -93,8 +85,7 @@ def judge(problem: Problem, solution: Solution) -> tuple[tuple[str, ...], tuple[
     for each in problem.tables:
         doubts += each.doubts
         notes += each.notes
-        most = METHODS["laser"]["noise"]
-        scatter = each.scatter * (np.degrees(3600) if each.joint > 2 else 1e3)
+        most, scatter = METHODS["laser"]["noise"], each.scatter * each.unit[0]
         if scatter < 1e3 * SMALLEST and np.isfinite(each.freedom):
             doubts.append(f"{each.where}: runs scatter by {scatter:.4f}: copied, rounded or in another unit?")
         if scatter > 5 * most:
@@ -232,6 +223,5 @@ class _File:
         above = (found[:, 0] - chance.mean(axis=1)) / chance.std(axis=1)
         if scipy.special.ndtr(-above).min() * len(above) > CHANCE / 10:
             return []
-        return [
-            f"{self.block.where}: what is left of the readings follows a pattern: something is not in the model"
-        ]
+        said = "what is left of the readings follows a pattern: something is not in the model"
+        return [f"{self.block.where}: {said}"]

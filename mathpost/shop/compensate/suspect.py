@@ -96,17 +96,13 @@ def _tried(
     blocks = [each for n, each in enumerate(read) if n in tables and isinstance(each, Readings)]
     for words, change in _changes(blocks, problem.machine):
         mended, changed = list(read), []
-        for n, table in tables.items():
-            other = deepcopy(table)
-            if change(other):
-                changed.append(str(table.path))
-                try:
+        with suppress(MathpostError):  # what makes a file unreadable is no cause
+            for n, table in tables.items():
+                other = deepcopy(table)
+                if change(other):
+                    changed.append(str(table.path))
                     mended[n] = files.taken(other, problem.machine)
-                except MathpostError:
-                    changed = []
-                    break
-        if changed:
-            with suppress(MathpostError):
+            if changed:
                 again = problem.read_again([_some(each) for each in mended if isinstance(each, Readings)])
                 yield Cause(words, tuple(changed), tuple(mended), again.misfit(noise))
 
@@ -115,15 +111,12 @@ def _better(mended: Calibration, found: Calibration | None, cause: Cause) -> boo
     """Whether the mended readings fit, or scatter by so much less that a second fault may be left."""
     if mended.fits or found is None:
         return mended.fits
+    methods = {each.where: METHODS[each.method] for each in cause.read if isinstance(each, Readings)}
+    scatter = {where: mended.noise[where][0] for where in cause.where}
     return all(
-        BETTER * mended.noise[where][0] < found.noise[where][0] and not _too_much(mended, where, cause)
-        for where in cause.where
+        BETTER * sigma < found.noise[where][0] and 1e3 * sigma <= methods[where]["noise"]
+        for where, sigma in scatter.items()
     )
-
-
-def _too_much(found: Calibration, where: str, cause: Cause) -> bool:
-    block = next(each for each in cause.read if isinstance(each, Readings) and each.where == where)
-    return 1e3 * found.noise[where][0] > METHODS[block.method]["noise"]
 
 
 def _sentences(likely: list[tuple[Cause, Calibration]], found: Calibration | None) -> list[str]:

@@ -21,14 +21,8 @@ if TYPE_CHECKING:
 def unmeasured() -> dict[str, np.ndarray]:
     """The standard uncertainties of what nobody measured: mm and radians, by name."""
     content = read_toml(data_file("measurements/methods.toml"))["unmeasured"]
-    size = {
-        "squareness": 1e-6,
-        "tilt": 1e-6,
-        "offset": 1e-3,
-        "rotary": np.deg2rad(1 / 3600),
-        "slide": 1e-6,
-        "drift": 1e-3,
-    }
+    size = {"squareness": 1e-6, "tilt": 1e-6, "offset": 1e-3, "slide": 1e-6, "drift": 1e-3}
+    size["rotary"] = np.deg2rad(1 / 3600)
     return {name: size[name] * np.array(value, dtype=float) for name, value in content.items()}
 
 
