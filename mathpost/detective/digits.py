@@ -1,5 +1,6 @@
-"""The precision of a written number, from its digits."""
+"""The precision of a written number, from its digits; and numbers in a row."""
 
+from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
 
 import numpy as np
@@ -30,3 +31,8 @@ def half_digit(values: ArrayLike) -> float:
     """Return half of the last digit of decimal fractions; 0 for whole numbers and full floats: those are exact."""
     decimals = written_decimals(values)
     return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
+
+
+def row(values: Iterable[float], decimals: int = 4, width: int = 0) -> str:
+    """Return numbers as text, one behind the other."""
+    return " ".join(f"{f'{value:z.{decimals}f}':>{width}}" for value in values)

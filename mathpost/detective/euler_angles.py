@@ -185,9 +185,8 @@ class _Case:
     def trial(self) -> Trial:
         """The question, and other points and angles."""
         generic = [(angles, PROBE_POINTS) for angles in GENERIC_ANGLES]
-        probes = (
-            [] if self.is_matrix else [(f"the point ({_row(p)})", (self.angles, p[None])) for p in PROBE_POINTS]
-        )
+        probes = [(f"the point ({_row(p)})", (self.angles, p[None])) for p in PROBE_POINTS]
+        probes = [] if self.is_matrix else probes
         for angles, p in product(PROBE_ANGLES, PROBE_POINTS[:1]):
             probes.append((f"the point ({_row(p)}) and the angles {_row(angles)}", (angles, p[None])))
         given = (self.angles, self.points)
@@ -243,10 +242,8 @@ class _Case:
         lengths, given = np.linalg.norm(self.target, axis=1), np.linalg.norm(self.points, axis=1)
         worst = np.abs(lengths - given).argmax()
         if abs(lengths[worst] - given[worst]) > 2 * self.tolerance:
-            return (
-                f"No rotation gives it: the answer has the length {lengths[worst]:.6g}, "
-                f"and a rotation keeps {given[worst]:.6g}."
-            )
+            found, kept = lengths[worst], given[worst]
+            return f"No rotation gives it: the answer has the length {found:.6g}, and a rotation keeps {kept:.6g}."
         if self.decimals > 1:
             return "It keeps the length, so it is a rotation, but by other angles."
         return "It is written too coarsely: some misreading would fit by accident. Give more digits or more points."

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost import euler
-from mathpost.detective.digits import half_digit
+from mathpost.detective.digits import half_digit, row
 from mathpost.errors import InputError, as_array
 from mathpost.files import read_toml
 from mathpost.rotation import ORTHONORMAL, unit
@@ -82,31 +82,28 @@ class Rotation:
     def __str__(self) -> str:
         axis, angle = self.axis_angle
         lines = [*self.found, *filter(None, (self.fault, self.remedy))]
-        lines += [f"a turn by {_n(angle)}° about ({_row(axis, 6)})"]
-        lines += [f"   {_row(row, 6, 10)}" for row in self.matrix]
-        lines += [f"quaternion w x y z   {_row(self.quaternion, 6)}"]
-        lines += [f"rotation vector      {_row(self.vector, 6)} rad, {_row(self.written('vector'))}°"]
-        lines += [
-            "",
-            "angles about turned axes; about fixed axes in the opposite order (ZYX a b c is xyz c b a)",
-        ]
+        lines += [f"a turn by {angle:.4f}° about ({row(axis, 6)})"]
+        lines += [f"   {row(each, 6, 10)}" for each in self.matrix]
+        lines += [f"quaternion w x y z   {row(self.quaternion, 6)}"]
+        lines += [f"rotation vector      {row(self.vector, 6)} rad, {row(self.written('vector'))}°"]
+        lines += ["", "angles about turned axes; about fixed axes in the opposite order (ZYX a b c is xyz c b a)"]
         for sequence in euler.SEQUENCES:
             first, second = self.angles(sequence)
-            beside = f"or {_row(second, width=9)}"
+            beside = f"or {row(second, width=9)}"
             if self.locked(sequence):
                 sign = self._together(sequence)
-                beside = f"locked: only first {'+-'[sign < 0]} third is known, {_n(first[0] + sign * first[2])}"
-            lines.append(f"   {sequence}  {_row(first, width=9)}   {beside}")
+                beside = f"locked: only first {'+-'[sign < 0]} third is known, {first[0] + sign * first[2]:z.4f}"
+            lines.append(f"   {sequence}  {row(first, width=9)}   {beside}")
         lines.append("")
         width = max(len(each["name"]) for each in WRITERS.values())
         for each in WRITERS.values():
             radians = each.get("unit") == "rad"
             decimals = 6 if radians or "unit" not in each else 4
-            numbers = _row(self.written(each["as"], radians=radians), decimals)
+            numbers = row(self.written(each["as"], radians=radians), decimals)
             lines.append(f"{each['name']:{width}}  {numbers}{' rad' * radians}{'°' * (each.get('unit') == 'deg')}")
         back = self.inverse()
         lines += ["", "the inverse (transposed: a passive matrix, or one written by columns)"]
-        lines += [f"   wxyz {_row(back.quaternion, 6)}   ZYX {_row(back.angles('ZYX')[0])}"]
+        lines += [f"   wxyz {row(back.quaternion, 6)}   ZYX {row(back.angles('ZYX')[0])}"]
         return "\n".join(lines)
 
     def locked(self, sequence: str) -> bool:
@@ -160,12 +157,9 @@ def read(notation: str, values: ArrayLike, *, radians: bool | None = None) -> Ro
         matrix = numbers.reshape(3, 3)
         return _of_matrix(matrix if kind == "matrix" else matrix.T, half_digit(flat))
     if kind in ("wxyz", "xyzw"):
-        length = np.linalg.norm(numbers)
-        found = (
-            ""
-            if abs(length - 1) <= max(2 * half_digit(flat), ORTHONORMAL)
-            else f"the quaternion has the length {length:.6g}: divided by it"
-        )
+        length, found = np.linalg.norm(numbers), ""
+        if abs(length - 1) > max(2 * half_digit(flat), ORTHONORMAL):
+            found = f"the quaternion has the length {length:.6g}: divided by it"
         return _found(euler.from_quaternion(numbers if kind == "wxyz" else np.roll(numbers, 1)), found)
     if kind == "axis-angle":
         return _found(euler.from_axis_angle(numbers[:3], numbers[3], degrees=not radians))
@@ -215,20 +209,17 @@ def _of_directions(kind: str, first: np.ndarray, second: np.ndarray) -> Rotation
         if cosine > 0:
             return _found(np.eye(3), "both directions are the same")
         said = "the directions are opposite: any axis square to them will do, this is one of them"
-        return _found(
-            euler.from_axis_angle(np.cross(one, np.eye(3)[np.abs(one).argmin()]), 180, degrees=True), said
-        )
-    said = (
-        ""
-        if abs(cosine) < 1e-6
-        else f"{angle:.4f}° between both directions: the first is kept, the second made square"
-    )
+        square = np.cross(one, np.eye(3)[np.abs(one).argmin()])
+        return _found(euler.from_axis_angle(square, 180, degrees=True), said)
     kept, other = kind.upper().split("-")
     if np.linalg.norm(across) < SAME:
         raise InputError(kind, "two directions that are not parallel", f"{angle:.4f}° between them")
-    third = unit(across) * (1 if kept + other in ("XY", "YZ", "ZX") else -1)
-    axes = {kept: one, "XYZ".replace(kept, "").replace(other, ""): third}
-    axes[other] = unit(np.cross(third, one)) * (1 if kept + other in ("XY", "YZ", "ZX") else -1)
+    said = ""
+    if abs(cosine) >= 1e-6:
+        said = f"{angle:.4f}° between both directions: the first is kept, the second made square"
+    sense = 1 if kept + other in ("XY", "YZ", "ZX") else -1
+    third = sense * unit(across)
+    axes = {kept: one, other: sense * unit(np.cross(third, one)), (set("XYZ") - {kept, other}).pop(): third}
     return _found(np.stack([axes[name] for name in "XYZ"], axis=1), said)
 
 
@@ -253,15 +244,13 @@ def _of_matrix(matrix: np.ndarray, half: float) -> Rotation:
     left, sizes, right = np.linalg.svd(matrix)
     nearest, determinant = left @ right, float(np.linalg.det(matrix))
     lengths, axes = (np.linalg.norm(matrix, axis=n) for n in (1, 0))
-    said = f"determinant {determinant:.6g}, its rows have the lengths {_row(lengths, 6)}"
+    said = f"determinant {determinant:.6g}, its rows have the lengths {row(lengths, 6)}"
     if sizes[-1] < SAME * max(sizes[0], SAME):
         return Rotation(np.eye(3), (said,), "The three axes lie in one plane: it turns nothing.", "No turn:")
     off = float(np.linalg.norm(matrix - nearest))
     digits, allowed = int(-np.log10(max(off / 1.5, 1e-15))), max(3 * half * (1 + 1e-6), ORTHONORMAL)
-    orthonormal = (
-        f"orthonormal to {digits} digit{'s' * (digits != 1)} after the point" if digits < 14 else "orthonormal"
-    )
-    found, fault = (said, orthonormal if off <= allowed else ""), ""
+    exactly = f" to {digits} digit{'s' * (digits != 1)} after the point" * (digits < 14)
+    found, fault = (said, f"orthonormal{exactly}" * (off <= allowed)), ""
     if off > allowed:
         between = {pair: _between(matrix, pair) for pair in ((0, 1), (0, 2), (1, 2))}
         worst = max(between, key=lambda pair: abs(between[pair] - 90))
@@ -271,31 +260,20 @@ def _of_matrix(matrix: np.ndarray, half: float) -> Rotation:
         elif np.ptp(axes) < 2 * allowed:
             fault += f"all axes have the length {axes.mean():.6g}, not 1."
         else:
-            fault += f"the axes, its columns, have the lengths {_row(axes, 6)}."
+            fault += f"the axes, its columns, have the lengths {row(axes, 6)}."
     if determinant > 0:
         return Rotation(nearest, tuple(filter(None, found)), fault, "The nearest rotation:" * bool(fault), half)
     turned = {n: nearest * np.where(np.arange(3) == n, -1, 1) for n in range(3)}
     angles = {n: float(euler.to_axis_angle(turned[n], degrees=True)[1]) for n in turned}
     least = min(angles, key=lambda n: (round(angles[n], 6), -n))
-    others = " or ".join(f"{'XYZ'[n]} ({_n(angles[n])}°)" for n in angles if n != least)
+    others = " or ".join(f"{'XYZ'[n]} ({angles[n]:z.4f}°)" for n in angles if n != least)
     fault += " " * bool(fault) + "Determinant −1: a reflection, left-handed axes. No angles give it."
-    remedy = (
-        f"With {'XYZ'[least]} (column {least + 1}) turned round it is a rotation, of the three ways the smallest; "
-    )
-    return Rotation(
-        turned[least], tuple(filter(None, found)), fault, remedy + f"with {others} it is another:", half
-    )
+    remedy = f"With {'XYZ'[least]} (column {least + 1}) turned round it is a rotation, of the three ways the "
+    remedy += f"smallest; with {others} it is another:"
+    return Rotation(turned[least], tuple(filter(None, found)), fault, remedy, half)
 
 
 def _between(matrix: np.ndarray, pair: tuple[int, int]) -> float:
     """Degrees between two columns."""
     one, two = (unit(matrix[:, n]) for n in pair)
     return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two)))
-
-
-def _n(value: float, decimals: int = 4) -> str:
-    return f"{value:z.{decimals}f}"
-
-
-def _row(values: Iterable[float], decimals: int = 4, width: int = 0) -> str:
-    return " ".join(f"{_n(value, decimals):>{width}}" for value in values)

@@ -72,9 +72,8 @@ def explain_linear(
     """
     tips, rotary = np.asarray(tip, dtype=object), np.asarray(angles, dtype=object)
     if tips.shape[:-1] != rotary.shape[:-1]:
-        raise InputError(
-            "rotary words", f"shape {(*tips.shape[:-1], len(kinematics.symbols) - 3)}", f"{rotary.shape}"
-        )
+        expected = f"shape {(*tips.shape[:-1], len(kinematics.symbols) - 3)}"
+        raise InputError("rotary words", expected, f"{rotary.shape}")
     given = np.concatenate([tips, rotary], axis=-1)
     return _explained(kinematics, given, answer, "linear", decimals, together)
 

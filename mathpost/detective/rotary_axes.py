@@ -225,7 +225,7 @@ class JointCase:
         """Say what is known of each angle alone, what is right, and by what constant the angles are off."""
         values, spread = self.both_branches(self.axis)
         said = [self.one_by_one(n, values, spread) for n in range(len(self.names))]
-        rows = (" ".join(f"{n} {x:z.4f}" for n, x in zip(self.names, row, strict=True)) for row in values[0])
+        rows = (" ".join(f"{n} {x:z.4f}" for n, x in zip(self.names, each, strict=True)) for each in values[0])
         right = ", or ".join(dict.fromkeys(rows)) if np.isfinite(values[0]).all() else "none: it is out of reach"
         return " ".join([*said, f"Right is {right}.{self.zero(values, spread)}"])
 

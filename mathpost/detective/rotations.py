@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from mathpost import euler
 from mathpost.detective.causes import slip
-from mathpost.detective.digits import half_digit
+from mathpost.detective.digits import half_digit, row
 from mathpost.detective.explanation import CHANCE, Explanation, Match, Slip, Trial, explanation
 from mathpost.detective.misreadings import all_factors, frame_wordings, matrices, written
 from mathpost.detective.notations import Rotation, read
@@ -27,14 +27,11 @@ PROBES: dict[int, list[tuple[float, ...]]] = {
 }  # fmt: skip
 KINDS = {3: "angles", 4: "wxyz", 9: "matrix"}
 POINT = np.array([1.0, 2.0, 3.0])
+SAME = "the same rotation"
 
 
 def explain_rotation(
-    given: ArrayLike,
-    answer: ArrayLike,
-    *,
-    sequence: str = "ZXZ",
-    answer_sequence: str | None = None,
+    given: ArrayLike, answer: ArrayLike, *, sequence: str = "ZXZ", answer_sequence: str | None = None
 ) -> Explanation:
     """Return how `given` must be misread to be the rotation `answer`, the simplest first; right if they are equal.
 
@@ -55,8 +52,8 @@ def explain_rotation(
     turned about the fixed axes x y z, not about the turned ones: R_z(γ)·R_y(β)·R_x(α)
     """
     first, second = _Said.of(given, sequence, "given"), _Said.of(answer, answer_sequence or sequence, "result")
-    faults = [f"{said}: {each.rotation.fault} {each.rotation.remedy.rstrip(':')}." for said, each in
-              (("Given", first), ("Result", second)) if each.rotation.fault]  # fmt: skip
+    read_as = {"Given": first.rotation, "Result": second.rotation}
+    faults = [f"{said}: {each.fault} {each.remedy.rstrip(':')}." for said, each in read_as.items() if each.fault]
     return Explanation((), 0.0, 0, "\n".join(faults)) if faults else _compared(first, second)
 
 
@@ -114,7 +111,7 @@ def _compared(given: _Said, answer: _Said) -> Explanation:
     probes = [(f"turning (1 2 3) by {each}", np.array(p)) for each, p in zip(asked, PROBES[count], strict=True)]
     trial = Trial(
         given.numbers, [GENERIC.get(count, given.numbers)], probes,
-        lambda matrix: f"({' '.join(f'{x:z.3f}' for x in matrix @ POINT)})", "rotation",
+        lambda matrix: f"({row(matrix @ POINT, 3)})", "rotation",
     )  # fmt: skip
     found = explanation(matches, trial, allowed, tried)
     notes = [_twins(given, answer)] if right else [*notes, found.note]
@@ -133,9 +130,7 @@ def _of_angles(given: _Said) -> Ways:
         each, wording = factors[n // len(keys)], same[n % len(keys)]
         slips = (*wording.slips, *each.slips, *further)
         product = written(wording, each) if slips else ""
-        return Match(
-            slips, product, lambda angles: matrices([each], [wording.key], angles)[0, 0], right="the same rotation"
-        )
+        return Match(slips, product, lambda angles: matrices([each], [wording.key], angles)[0, 0], right=SAME)
 
     return matrices(factors, keys, given.numbers).reshape(-1, 3, 3), match
 
@@ -153,7 +148,7 @@ def _of_numbers(given: _Said) -> Ways:
     def match(n: int, further: tuple[Slip, ...]) -> Match:
         order, inverted = ways[n]
         slips = (*order[0], *inverse * inverted, *further)
-        return Match(slips, "", lambda numbers: matrix(numbers, order, inverted), right="the same rotation")
+        return Match(slips, "", lambda numbers: matrix(numbers, order, inverted), right=SAME)
 
     return np.array([matrix(given.numbers, *way) for way in ways]), match
 
@@ -185,7 +180,7 @@ def _twins(given: _Said, answer: _Said) -> str:
         return ""
     if given.rotation.locked(given.sequence):
         return "First and third axis are parallel here: only the sum or the difference of their angles counts."
-    other = " ".join(f"{angle:z.4f}" for angle in euler.twin(given.sequence, given.numbers, degrees=True))
+    other = row(euler.twin(given.sequence, given.numbers, degrees=True))
     return f"Every rotation has two triples: the other one is {other}, and whole turns may be added."
 
 
@@ -193,8 +188,8 @@ def _difference(given: _Said, answer: _Said) -> str:
     """Say how far apart the two are, and which axis they have in common."""
     first, second = given.rotation.matrix, answer.rotation.matrix
     axis, angle = euler.to_axis_angle(first.T @ second, degrees=True)
-    about, allowed = " ".join(f"{x:z.4f}" for x in axis), max(1e-3, 2 * (given.allowed + answer.allowed))
-    said = f"They differ by {angle:.4f}° about ({about}), seen from the first."
+    allowed = max(1e-3, 2 * (given.allowed + answer.allowed))
+    said = f"They differ by {angle:.4f}° about ({row(axis)}), seen from the first."
     same = ["XYZ"[n] for n in range(3) if np.abs(first[:, n] - second[:, n]).max() < 1e-6]
     tool = ": the same tool axis, turned about itself" * (same == ["Z"])
     return said + (f" Both have the same {same[0]} axis{tool}." if same else "") + _cycle(first, second, allowed)
@@ -204,13 +199,10 @@ def _cycle(first: np.ndarray, second: np.ndarray, allowed: float) -> str:
     """Say whether the axes of two matrices are the same in a cycle: the turned ones, the fixed ones, or both."""
     for order in ("yzx", "zxy"):
         turn = np.eye(3)[:, ["xyz".index(axis) for axis in order]]  # turn.T @ v has the entries of v in this order
-        for said, made in (
-            ("turned axes", first @ turn),
-            ("fixed axes", turn.T @ first),
-            ("axes, turned and fixed,", turn.T @ first @ turn),
-        ):
+        ways = {"turned axes": first @ turn, "fixed axes": turn.T @ first}
+        ways["axes, turned and fixed,"] = turn.T @ first @ turn
+        for said, made in ways.items():
             if np.abs(made - second).max() < allowed:
-                return (
-                    f" The {said} are exchanged in a cycle: x y z of the second are {' '.join(order)} of the first."
-                )
+                what = f"x y z of the second are {' '.join(order)} of the first"
+                return f" The {said} are exchanged in a cycle: {what}."
     return ""
