@@ -59,7 +59,7 @@ def assign(lessons: Path | str, folder: Path | str, students: Sequence[str] = ()
 def _student_copy(path: Path) -> tuple[Notebook, list[str]]:
     """The notebook without solutions, as parsed JSON, and the names of its exercises."""
     page = exercise.notebook(path)
-    for each in exercise.judged(page["cells"], path):
+    for each in exercise.judged(path):
         if each.status != OPEN:
             raise InputError(f"{path}, {each.name}", "an exercise that nobody has answered", "a stored answer")
     cells, names = [], []

@@ -7,7 +7,6 @@ right answer copied from a neighbour cannot be told from any other. `handed_in` 
 
 from __future__ import annotations
 
-import math
 import tempfile
 import time
 from collections import Counter, defaultdict
@@ -17,8 +16,8 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mathpost import files
 from mathpost.errors import InputError, internal
-from mathpost.files import read_toml
 from mathpost.teaching.bounds import TooLarge, bounded
 from mathpost.teaching.classroom import judged
 from mathpost.teaching.classroom.handed_in import Student, collect
@@ -35,16 +34,7 @@ COURSE = Path(__file__).parents[3]
 ORDER = (OPEN, WRONG, RIGHT)  # the best of several answers to one exercise counts
 TEXT_ENOUGH = 80  # characters of their own that two students must share to be reported
 SHARED_BY_CLASS = 0.5  # of a class of ten or more: cells that more students have are taken as handed out
-NAMES = (lambda value: isinstance(value, list) and {*map(type, value)} <= {str}, "a list of names in quotes")
-NUMBER = (lambda value: type(value) in (int, float) and 0 <= value < math.inf, "a number, 0 or more")
-RULES = {  # the keys of a rules file: a check of the value, and the expectation in words
-    "students": NAMES,
-    "exercises": NAMES,
-    "points": (lambda value: isinstance(value, dict), "a table of exercises and lessons"),
-    "notebooks": NUMBER,
-    "workbooks": NUMBER,
-    "expected_workbooks": (lambda value: type(value) is int and value > 0, "a whole number above 0"),
-}
+NAMED = 'an exercise such as "07-pivot" or a lesson such as "07"'
 FILE, TEXT = "the same file", "the same answers and the same text of cells"
 CELLS = "the same formulas and numbers"
 DUPLICATED, RETYPED = "checked in more than one cell", "its check is not as it was handed out"
@@ -193,21 +183,23 @@ def _say_whose_numbers(results: Iterable[Result]) -> None:
 
 def read_rules(path: Path | str) -> Rules:
     """Return the `Rules` of a TOML file; raise `InputError` for an unknown key or a wrong value."""
-    found = read_toml(path)
-    for key, value in found.items():
-        is_right, expected = RULES.get(key, (lambda _: False, f"one of {', '.join(RULES)}"))
-        if not is_right(value):
-            raise InputError(f"{path}, {key}", expected, repr(value))
-        for name in value if key in ("exercises", "points") else ():
-            if name not in {*EXERCISES, *map(lesson_of, EXERCISES)}:
-                expected = 'an exercise such as "07-pivot" or a lesson such as "07"'
-                raise InputError(f"{path}, {key}", expected, repr(name))
-            if key == "points" and not NUMBER[0](value[name]):
-                raise InputError(f"{path}, points.{name}", NUMBER[1], repr(value[name]))
-    stated: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in found.items()
-    }
-    return Rules(**stated)
+    file, known = files.TomlTable(files.read_toml(path), str(path)), {*EXERCISES, *map(lesson_of, EXERCISES)}
+    points = file.table("points", optional=True)
+    for name in points.content.keys() - known:
+        raise InputError(points.where, NAMED, repr(name))
+    number = files.only_if(lambda value: value >= 0, files.a_number), "a number, 0 or more"
+    whole = files.only_if(lambda value: type(value) is int and value > 0), "a whole number above 0"
+    some = files.only_if(lambda names: set(names) <= known, files.each(str))
+    rules = Rules(
+        students=tuple(file.take("students", files.each(str), "a list of names in quotes", ())),
+        exercises=tuple(file.take("exercises", some, f"a list of names in quotes, each {NAMED}", ())),
+        points={name: points.take(name, *number) for name in list(points.content)},
+        notebooks=file.take("notebooks", *number, 1.0),
+        workbooks=file.take("workbooks", *number, 1.0),
+        expected_workbooks=file.take("expected_workbooks", *whole, 1),
+    )
+    file.done()
+    return rules
 
 
 def lesson_of(name: str) -> str:
@@ -332,8 +324,8 @@ def _same(results: Sequence[Result]) -> list[tuple[str, str, list[str]]]:
         having[kind][content].append((student, file))
     found: dict[tuple[str, ...], str] = {}
     for kind, groups in having.items():
-        for content, files in groups.items():
-            who, names = (sorted(set(column)) for column in zip(*files, strict=True))
+        for content, having_it in groups.items():
+            who, names = (sorted(set(column)) for column in zip(*having_it, strict=True))
             if len(who) > 1 and content:
                 found.setdefault((", ".join(names), *who), kind)
     return [(kind, names, who) for (names, *who), kind in found.items()]
