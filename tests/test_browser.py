@@ -15,9 +15,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from mathpost import load_machine
 from mathpost.files import write_text
-from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.teaching.course import machine_page, view_globe, view_machine, view_path
 from mathpost.teaching.course.view_machine import SAMPLES
@@ -398,10 +396,9 @@ def test_every_machine_says_in_the_browser_what_python_says(offline, kin, tmp_pa
 
 
 def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
-    """Both solutions, a walk, and a walk on two machines: play, step, and what is said at the largest swing."""
+    """Both solutions, and a walk: play, step, and what is said at the largest swing."""
     both, walk = view_machine.tool_axis(dmu50v), view_machine.walk(dmu50v, blade)
-    second = view_machine.walk(dmu50v, blade, second=Kinematics(load_machine(DATA / "machines/ac_head.toml")))
-    for name, made in (("both", both), ("walk", walk), ("second", second)):
+    for name, made in (("both", both), ("walk", walk)):
         (tmp_path / f"{name}.html").write_text(made.page(still=True), encoding="utf-8")
         offline.goto((tmp_path / f"{name}.html").as_uri())
         view = Live(offline)
@@ -468,7 +465,7 @@ def test_a_walk_says_where_the_tool_is_in_a_part(offline, dmu50v, blade, tmp_pat
     offline.goto((tmp_path / "walk.html").as_uri())
     view = Live(offline)
     assert "in the part" not in view.said()
-    depth = walk.state["runs"][0]["depth"]
+    depth = walk.state["depth"]
     into = next(number for number, deep in enumerate(depth) if deep > 0.01)
     view.set("record", 1 + into / SAMPLES)
     assert f"the tool is {depth[into]:.2f} mm in the part" in view.said()

@@ -88,7 +88,6 @@ SCENES = {
     "dmu50v": lambda: view_machine.machine(load("dmu50v")),
     "both": lambda: view_machine.tool_axis(load("dmu50v")),
     "walk": lambda: view_machine.walk(load("dmu50v"), blade()),
-    "two machines": lambda: view_machine.walk(load("dmu50v"), blade(), second=load("ac_head")),
     "turns": lambda: view_rotation.turns((3, 4, 5), (135, 54.7356, -90)),
     "notations": view_rotation.notations,
     "gallery": lambda: view_gallery.gallery([load("bc_table"), load("head_b_table_c"), load("nutating_head")]),
@@ -212,7 +211,7 @@ def test_a_walk_draws_both_branches_and_the_true_tip(noted, tmp_path):
             turns = (curve[:, 1] - both[:, branch, joint]) / 360
             assert turns == pytest.approx(np.round(turns), abs=1e-6)
     (line,) = [line for line in made.scenes[0].lines if line.name == "true tip"]
-    tip = true_tip(kin, np.array(made.state["runs"][0]["joints"]), samples=24)
+    tip = true_tip(kin, np.array(made.state["joints"]), samples=24)
     sent, strokes = made.scenes[0].state(), canvases[0][0]
     scene = replace(made.scenes[0], middle=np.array(sent["middle"]), radius=sent["radius"])
     at = View(scene, canvases[0][3].size).pixels(line.body, tip)[:, :2]
@@ -226,7 +225,7 @@ def test_a_walk_in_a_part_draws_what_was_walked_and_what_was_cut(noted, tmp_path
     pillar = Part([ring([20, 55, height], [0, 0, 1], 10, 72) for height in (0, 100)], 3.0)
     made = view_machine.walk(kin, path, start=2.6, part=pillar)
     strokes, *_, image = next(painted(noted, made.page(), tmp_path))
-    (run,), samples = made.state["runs"], np.arange(0, 1.6, 1 / SAMPLES)
+    run, samples = made.state, np.arange(0, 1.6, 1 / SAMPLES)
     columns = np.transpose(run["joints"])
     joints = np.stack([np.interp([*samples, 1.6], np.arange(5), column) for column in columns], axis=1)
     sent = made.scenes[0].state()

@@ -1,6 +1,7 @@
 """Lesson 07c: every part and machine can be done by hand, and what is wrong with a program is said."""
 
 import re
+from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
 
@@ -175,7 +176,8 @@ def test_each_mixup_of_the_turn_is_wrong_on_some_part():
         ("07c-turn", 180, RIGHT),
         ("07c-turn", "180°", RIGHT),
         ("07c-turn", 0, "out of travel"),
-        ("07c-turn", np.pi, "Which candidates"),
+        ("07c-turn", np.pi, "in radians"),
+        ("07c-turn", 77, "Which candidates"),
         ("07c-package", 5, "Give the time that the report states"),
         ("07c-inverse", lambda tip, axis: task(0).kin.inverse(tip, axis)[::-1], RIGHT),
         ("07c-inverse", lambda tip, axis: task(0).kin.inverse(tip, axis) + A_TURN, RIGHT),
@@ -195,6 +197,6 @@ def test_judged(name, answer, said):
 
 @pytest.mark.parametrize("seed", [8, 17, 19])
 def test_between_records_the_nearest_record_is_not_the_nearest_place(seed):
-    complaint = EXERCISES["07c-pole"].complaint
-    assert "nearest record" in complaint(nearest_to_the_pole(seed, at_records=True), seed)
-    assert complaint(nearest_to_the_pole(seed), seed) == ""
+    exercise = replace(EXERCISES["07c-pole"], drawn=lambda _: {"seed": seed}, student="one")
+    assert "nearest record" in exercise.verdict(nearest_to_the_pole(seed, at_records=True)).mixup
+    assert exercise.verdict(nearest_to_the_pole(seed)).status == RIGHT

@@ -276,8 +276,10 @@ def test_what_any_answer_can_suffer_is_named(each):
 
 @pytest.mark.parametrize(("each", "sentence"), SLIPS)
 def test_slip_is_named_in_every_form_also_when_judged_anew(each, sentence):
-    value = dict(each.mixed_up)[sentence]
-    for answer in forms(each.kind, value):
+    if sentence not in dict(each.mixed_up):  # with the lesson's numbers it happens to give the right answer
+        assert each.drawn
+        return
+    for answer in forms(each.kind, dict(each.mixed_up)[sentence]):
         verdict = each.verdict(answer)
         assert (verdict.status, verdict.why) == (WRONG, sentence), answer
         assert replace(each.verdict(stored(verdict)), answer=None) == replace(verdict, answer=None)
@@ -618,7 +620,7 @@ def test_a_verdict_without_its_answer_counts_for_nothing(tmp_path):
     path = tmp_path / "01_a.ipynb"
     text = notebook(('exercise.check("01-sign", x)', "01-sign · right. Because.", [4, -3, 5]))
     path.write_text(text.replace(MIME, "application/json"), encoding="utf-8")
-    (verdict,) = exercise.saved(path)
+    (verdict,) = exercise.judged(path)
     assert (verdict.status, verdict.edited) == (OPEN, True)
 
 

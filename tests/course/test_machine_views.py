@@ -223,7 +223,7 @@ def test_at_the_start_everything_is_seen(kin):
 
 def test_a_walk_starts_where_everything_is_seen(kin, blade):
     view = view_machine.walk(kin, blade)
-    start = np.array(view.state["runs"][0]["joints"][0])
+    start = np.array(view.state["joints"][0])
     (drawn,) = view.scenes
     assert drawn.places["tool"] == pytest.approx(placing(kin.machine)(start)["tool"])
     assert scene.crossed(kin, drawn) == scene.covered(drawn) == []
@@ -301,7 +301,7 @@ def test_every_button_of_both_solutions_goes_to_a_place_of_its_own(kin):
 
 def test_a_walk_knows_blocks_records_and_sights(dmu50v, blade):
     view = view_machine.walk(dmu50v, blade)
-    (run,) = view.state["runs"]
+    run = view.state
     assert np.array(view.state["cl"]) == pytest.approx(np.hstack([blade.points, blade.axes]), abs=1e-9)
     tip, axis = dmu50v.forward(run["joints"])
     assert tip == pytest.approx(blade.points, abs=1e-9) and axis == pytest.approx(blade.axes, abs=1e-12)
@@ -314,7 +314,7 @@ def test_a_walk_tells_how_deep_the_tool_is_in_a_part(dmu50v, blade, pillar):
     beside = replace(pillar, rings=[ring([50, 47, height], [0, 0, 1], 10, 360) for height in (0, 100)])
     joints = dmu50v.inverse(blade.points, blade.axes)[:, 0]
     view = view_machine.walk(dmu50v, blade, joints, part=beside)
-    (run,) = view.state["runs"]
+    run = view.state
     assert len(run["depth"]) == 4 * SAMPLES + 1
     number = SAMPLES * 11 // 6  # five sixths of the swing
     tip, axis = dmu50v.forward(joints[1] + (joints[2] - joints[1]) * 5 / 6)
@@ -330,18 +330,10 @@ def test_a_walk_tells_how_deep_the_tool_is_in_a_part(dmu50v, blade, pillar):
 
 
 def test_a_long_walk_holds_every_block(dmu50v, twisted):
-    (run,) = view_machine.walk(dmu50v, twisted).state["runs"]
+    run = view_machine.walk(dmu50v, twisted).state
     tip, axis = dmu50v.forward(run["joints"])
     assert tip == pytest.approx(twisted.points, abs=1e-6) and axis == pytest.approx(twisted.axes, abs=1e-9)
     assert np.array(run["place"]) == pytest.approx(np.arange(len(twisted)))
-
-
-def test_two_machines_walk_on_the_same_data(dmu50v, kin, blade):
-    view = view_machine.walk(dmu50v, blade, second=kin)
-    assert len(view.scenes) == len(view.machines) == len(view.state["runs"]) == 2
-    for each, run in zip((dmu50v, kin), view.state["runs"], strict=True):
-        tip, _ = each.forward(run["joints"])
-        assert tip == pytest.approx(blade.points, abs=1e-8)
 
 
 def test_a_page_stands_alone(dmu50v):

@@ -105,7 +105,7 @@ def test_every_still_drawing_is_data_too():
     public = {name for name, each in vars(drawings).items() if getattr(each, "__module__", "") == drawings.__name__}
     diagrams = {"chains"}  # of no place and no turn
     assert (
-        {name for name in public if name[0] != "_"} - {"captions"} - diagrams
+        {name for name in public if name[0] != "_"} - {"captions", "write"} - diagrams
         == set(STILL)
         == set(SETUPS) - set(DRAWN)
     )
@@ -139,7 +139,7 @@ def test_a_still_drawing_says_from_where_one_looks_and_what_turns(name):
 
 def test_the_bar_in_the_bore_moves_against_x_of_the_face():
     _, panels = plot.figure(1, 2)
-    drawings.ruined_bore(panels, radius=10, retract=1)
+    drawings.ruined_bore(panels)
     for panel in panels:
         arrows = [np.subtract(each.xy, each.xyann) for each in panel.texts if getattr(each, "arrow_patch", None)]
         retract, of_spindle, of_face = arrows

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from mathpost.machine import Machine
     from mathpost.path.cl import CLData
 
-MOST_SHOWN = 4000  # blocks of a page; of more, only every second, third … is shown
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -79,11 +77,7 @@ def page(found: Verified, kin: Kinematics) -> str:
     from mathpost.teaching.course import view_machine  # draws with matplotlib, of the extras
     from mathpost.teaching.course.machine_page import FRAME
 
-    every = -(-len(found.joints) // MOST_SHOWN)
-    path = found.cl.part(0, len(found.joints))
-    shown = slice(None, None, every)
-    poses = cl.from_arrays(path.points[shown], path.axes[shown], name=found.name)
-    view = view_machine.walk(kin, poses, found.joints[shown])
+    view, _ = view_machine.short_walk(kin, found.cl, found.joints)
     said = f"{FRAME}<h1>{html.escape(found.name)}</h1>"
     return view.page(found.name, before=said, after=f"<pre>{html.escape(str(found))}</pre>", still=True)
 

@@ -1,7 +1,7 @@
 """CL data to a program: its report, the machine walking through it, and why its rotary axes jump."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -12,24 +12,12 @@ from mathpost.interface.workbench.axes import Axes
 from mathpost.interface.workbench.panel import Panel
 from mathpost.interface.workbench.run import Made
 from mathpost.kinematics import Kinematics
-from mathpost.path import cl as cldata
 from mathpost.path.cl import CLData
 from mathpost.shop.post.jumps import jumps
 from mathpost.shop.post.postprocess import Result
 from mathpost.teaching.course import view_machine
 
-FIRST = ("cl", "machine", "dialect", "tolerance", "axis_tolerance", "strategy", "singular", "compare")
-STAGES = (
-    "reading",
-    "choosing",
-    "planning",
-    "writing",
-    "reading back",
-    "proving",
-    "comparing",
-    "drawing",
-)
-MOST_WALKED = 4000  # records of a view; of more, every second, third … is shown
+STAGES = ("reading", "choosing", "planning", "writing", "reading back", "proving", "comparing", "drawing")
 MOST_LINES = 400  # shown of a program or a list
 SUFFIX = {"heidenhain": ".h", "siemens": ".mpf"}
 
@@ -37,9 +25,9 @@ SUFFIX = {"heidenhain": ".h", "siemens": ".mpf"}
 class PostPanel(Panel):
     """The panel of ``post``, with the axes of the machine as numbers that can be changed."""
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, command: str, work: Callable, first: Sequence[str], values: dict[str, Any]) -> None:
         self.axes = Axes()
-        super().__init__("post", work, FIRST, {"compare": True} | values)
+        super().__init__(command, work, first, {"compare": True} | values)
         self.section("Travel, rates and accelerations of the axes", self.axes)
         machine: Any = self["machine"]
         machine.field.observe(lambda _: self._show_axes(), "value")
@@ -59,11 +47,6 @@ class PostPanel(Panel):
             write_text(changed, text)
             words.append(f"--machine={changed}")  # the last one counts
         return words
-
-
-def panel(**values: Any) -> Panel:
-    """Return the panel, its options set to `values`: ``panel(cl="blade.cl", machine="dmu50v")``."""
-    return PostPanel(**values)
 
 
 def work(options: argparse.Namespace, say: Callable[..., None], _folder: Path) -> Made:
@@ -96,13 +79,9 @@ def work(options: argparse.Namespace, say: Callable[..., None], _folder: Path) -
 
 def walk(kin: Kinematics, path: CLData, result: Result) -> str:
     """Return the machine walking through the records, as HTML; if they are many, every second, third …"""
-    every = -(-len(path) // MOST_WALKED)
-    if every == 1:
-        return view_machine.walk(kin, path, result.joints)._repr_html_()
-    part = slice(None, None, every)
-    poses = cldata.from_arrays(path.points[part], path.axes[part], name=path.name)
-    said = f"<p>Shown is every {every}th record; between them the tip is not on the path.</p>"
-    return said + view_machine.walk(kin, poses, result.joints[part])._repr_html_()
+    view, every = view_machine.short_walk(kin, path, result.joints)
+    said = f"<p>Shown is every {every}th record; between them the tip is not on the path.</p>" * (every > 1)
+    return said + view._repr_html_()
 
 
 def why(kin: Kinematics, path: CLData, result: Result) -> str:

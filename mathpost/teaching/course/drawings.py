@@ -71,7 +71,7 @@ def active_and_passive(left: Axes, right: Axes, point: Point, degrees: float) ->
     _point(left, turn @ point, "P'", np.eye(2), POINT)
     for row, name in zip(turn.T, ("X'", "Y'"), strict=True):
         _arrow(right, (0, 0), 1.15 * row, WORKPIECE)
-        _write(right, 1.28 * row, name, WORKPIECE)
+        write(right, 1.28 * row, name, WORKPIECE)
     _arc(right, 0, degrees, 0.3)
     _point(right, point, "P", turn.T, POINT)
     _say(left, "active_and_passive")
@@ -92,17 +92,16 @@ def quarter_turns(panels: Iterable[Axes3D]) -> None:
         _say(axes, "quarter_turns")
 
 
-def ruined_bore(
-    panels: Iterable[Axes], *, radius: float = 10.0, retract: float = 1.0, turned: float = 180.0
-) -> None:
+def ruined_bore(panels: Iterable[Axes]) -> None:
     """Draw a bored hole seen along the tool: the bar leaves the wall along the frame's X, then along a wrong one.
 
-    The spindle has stopped with the tip of the bar on its own X; the control moves it by `retract` along minus the
-    frame's X. Lengths in mm, not to scale except for the mark that the tip leaves; `turned` in degrees.
+    The spindle has stopped with the tip of the bar on its own X; the control moves it by 1 mm along minus the
+    frame's X. Not to scale except for the mark that the tip leaves.
     """
+    radius, retract = 10.0, 1.0  # mm
     circle, reach = np.linspace(0, 2 * np.pi, 121), 1.45 * radius
     rim = radius * np.column_stack([np.cos(circle), np.sin(circle)])
-    for axes, angle, title in zip(panels, (0.0, turned), ("the right frame", "the wrong frame"), strict=True):
+    for axes, angle, title in zip(panels, (0.0, 180.0), ("the right frame", "the wrong frame"), strict=True):
         axes.set(aspect="equal", xlim=(-reach, reach), ylim=(-reach, reach), title=title)
         axes.set_axis_off()
         axes.fill(reach * BOX[:, 0], reach * BOX[:, 1], color=WORKPIECE, alpha=0.25)
@@ -112,26 +111,20 @@ def ruined_bore(
         tip, end = np.array([radius, 0.0]), np.array([radius, 0.0]) - 3 * retract * x
         axes.fill(*(0.55 * rim - 3 * retract * x).T, color=POINT, alpha=0.35)
         axes.plot(*np.array([0.5 * tip - 3 * retract * x, end]).T, color=POINT, linewidth=5)
-        if np.linalg.norm(end) > radius:
+        free = end[0] < tip[0]
+        if not free:
             axes.fill(*(0.1 * rim + (tip + end) / 2).T, color="white")
-            axes.text(0, 1.2 * radius, f"a notch of {retract:g} mm", color=POINT, ha="center", va="center")
-        else:
-            axes.text(0, 1.2 * radius, "clear of the wall", color=POINT, ha="center", va="center")
+        said = "clear of the wall" if free else f"a notch of {retract:g} mm"
+        write(axes, np.array([0, 1.2 * radius]), said, POINT)
         above = np.array([0, 0.12 * radius])
         _arrow(axes, tip + above, end + above, MACHINE)
-        free = end[0] < tip[0]
         at = (0.9 if free else 1.0) * radius
         axes.text(at, 0.22 * radius, "retract", color=MACHINE, ha="right" if free else "left")
         for height, name, towards in ((-1.13, "spindle", np.array([1.0, 0.0])), (-1.33, "face", x)):
             start = np.array([-0.5 * radius, height * radius]) - 2 * towards
-            _arrow(axes, start, start + 4 * towards, POINT if name == "spindle" else WORKPIECE)
-            axes.text(
-                -0.15 * radius,
-                start[1],
-                f"X of the {name}",
-                color=POINT if name == "spindle" else WORKPIECE,
-                va="center",
-            )
+            colour = POINT if name == "spindle" else WORKPIECE
+            _arrow(axes, start, start + 4 * towards, colour)
+            axes.text(-0.15 * radius, start[1], f"X of the {name}", color=colour, va="center")
         _say(axes, "ruined_bore")
 
 
@@ -179,15 +172,15 @@ def two_mirrors(axes: Axes, start: float, between: float) -> None:
         normal = _turn(angle)[:, 0]
         along = _turn(angle)[:, 1]
         axes.plot(*np.transpose([-0.65 * along, 1.15 * along]), color=colour, linewidth=3, alpha=0.6)
-        _write(axes, 1.27 * along, f"mirror {name}", colour)
+        write(axes, 1.27 * along, f"mirror {name}", colour)
         _arrow(axes, (0, 0), 0.55 * normal, colour)
-        _write(axes, 0.65 * normal, name, colour)
+        write(axes, 0.65 * normal, name, colour)
     _arc(axes, start, start + between, 0.35)
     for (name, angle), style in zip(images.items(), ("none", "none", "full"), strict=True):
         place = _turn(angle)[:, 0]
         axes.plot(*np.transpose([(0, 0), place]), color=POINT, linestyle=":")
         axes.plot(*place, "o", color=POINT, fillstyle=style)
-        _write(axes, 1.13 * place, name, POINT)
+        write(axes, 1.13 * place, name, POINT)
     _arc(axes, phi, phi + 2 * between, 0.85)
     _say(axes, "two_mirrors")
 
@@ -233,9 +226,8 @@ def frames_and_point(axes: Axes3D, frames: Mapping[str, Frame], point: Point, ar
     for (name, each), colour in zip(frames.items(), (MACHINE, WORKPIECE, POINT), strict=True):
         for direction, letter in zip(each.rotation.T, "XYZ", strict=True):
             _space_arrow(axes, each.origin, each.origin + arm * direction, colour)
-            at = (
-                each.origin + 1.2 * arm * direction + (0.2 * arm * up if letter == "X" else 0)
-            )  # the way goes on there
+            aside = 0.2 * arm * up if letter == "X" else 0  # the way goes on there
+            at = each.origin + 1.2 * arm * direction + aside
             axes.text(*at, letter, color=colour, ha="center", va="center", fontsize=9)
         at = each.origin + 0.9 * arm * each.rotation[:, 2] - 0.48 * arm * right
         axes.text(*at, name, color=colour, ha="center", va="center", weight="bold")
@@ -257,10 +249,8 @@ def chains(axes: Axes, machines: Mapping[str, Kinematics]) -> None:
     axes.set_axis_off()
     for row, (name, links) in enumerate(rows.items()):
         kin = machines[name]
-        side = {
-            str(kin.inverse_symbolic.workpiece_side): "workpiece side",
-            str(kin.inverse_symbolic.tool_side): "tool side",
-        }
+        derived = kin.inverse_symbolic
+        side = {str(derived.workpiece_side): "workpiece side", str(derived.tool_side): "tool side"}
         side |= {"workpiece": "workpiece", "tool": "tool"}
         place = links.index("linear")
         boxes = [*links[:place], "bed", *links[place:]]
@@ -310,7 +300,7 @@ def _plane(axes: Axes, title: str = "", start: float = -1.2) -> None:
     axes.add_patch(Circle((0, 0), 1.0, fill=False, color=MACHINE, linewidth=0.6))
     for end, name in (((1.25, 0), "X"), ((0, 1.25), "Y")):
         _arrow(axes, (0, 0), end, MACHINE)
-        _write(axes, 1.06 * np.array(end), name, MACHINE)
+        write(axes, 1.06 * np.array(end), name, MACHINE)
 
 
 def _arrow(axes: Axes, start: Point, end: Point, colour: str) -> None:
@@ -318,7 +308,8 @@ def _arrow(axes: Axes, start: Point, end: Point, colour: str) -> None:
     axes.annotate("", (end[0], end[1]), (start[0], start[1]), arrowprops=style)
 
 
-def _write(axes: Axes, at: np.ndarray, text: str, colour: str) -> None:
+def write(axes: Axes, at: np.ndarray, text: str, colour: str) -> None:
+    """Write a text about a place."""
     axes.text(at[0], at[1], text, color=colour, ha="center", va="center")
 
 
@@ -330,9 +321,8 @@ def _arc(axes: Axes, start: float, end: float, radius: float) -> None:
 
 
 def _space_arrow(axes: Axes3D, start: np.ndarray, end: np.ndarray, colour: str) -> None:
-    axes.quiver(
-        *start, *(end - start), color=colour, arrow_length_ratio=min(0.12 / np.linalg.norm(end - start), 0.5)
-    )
+    head = min(0.12 / np.linalg.norm(end - start), 0.5)
+    axes.quiver(*start, *(end - start), color=colour, arrow_length_ratio=head)
 
 
 def _space_arc(axes: Axes3D, centre: np.ndarray, arc: np.ndarray, colour: str, name: str) -> None:

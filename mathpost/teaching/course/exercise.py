@@ -28,21 +28,10 @@ from mathpost.rotation import wrap
 from mathpost.teaching.course import exercises
 from mathpost.teaching.course.answers import Number
 from mathpost.teaching.course.typed import bare
-from mathpost.teaching.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Exercise, Verdict, define, slip
+from mathpost.teaching.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Exercise, Verdict
+from mathpost.teaching.course.verdict import define as define
+from mathpost.teaching.course.verdict import slip as slip
 
-__all__ = [
-    "after",
-    "check",
-    "define",
-    "given",
-    "judge",
-    "progress",
-    "reveal",
-    "saved",
-    "slip",
-    "solution",
-    "student",
-]
 for _module in iter_modules(exercises.__path__):
     import_module(f"mathpost.teaching.course.exercises.{_module.name}")  # for their entries in EXERCISES
 
@@ -175,14 +164,9 @@ def _given(guess: Any) -> bool:
     return guess is not None and guess is not ...
 
 
-def saved(path: Path | str) -> list[Verdict]:
-    """Return the verdicts on all answers in a saved notebook, each judged again; see `judged`."""
-    return judged(notebook(path)["cells"], path)
-
-
-def judged(cells: Iterable[dict[str, Any]], where: Path | str) -> list[Verdict]:
-    """Judge the answers in the cells of a notebook again and return the verdicts; errors name `where`."""
-    return [judged_anew(each) for each in stored(cells, where)]
+def judged(path: Path | str) -> list[Verdict]:
+    """Return the verdicts on all answers in a saved notebook, each judged again."""
+    return [judged_anew(each) for each in stored(notebook(path)["cells"], path)]
 
 
 @dataclass(frozen=True)
@@ -229,7 +213,7 @@ def answered(folder: Path | str = ".") -> dict[str, Verdict]:
     if not paths:
         raise InputError(str(folder), "lessons such as 01_rotating_a_point.ipynb", "none")
     found = {name: Verdict(name, OPEN) for name in sorted(EXERCISES)}
-    return found | {verdict.name: verdict for path in paths for verdict in saved(path)}
+    return found | {verdict.name: verdict for path in paths for verdict in judged(path)}
 
 
 def progress(folder: Path | str = ".") -> None:

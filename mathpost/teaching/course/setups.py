@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from mathpost.teaching.course.drawings import BOX, captions
+from mathpost.teaching.course.drawings import BOX, captions, write
 from mathpost.teaching.course.verdict import toml
 from mathpost.teaching.draw import plot
 
@@ -21,16 +21,10 @@ def draw(*names: str) -> None:
     _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 4.2))
     for axes, name in zip(np.atleast_1d(panels), names, strict=True):
         drawn = toml("setups")[name]
-        cross = [
-            [
-                "arrow",
-                [drawn["at"], np.add(drawn["at"], way).tolist()],
-                "machine",
-                axis,
-                [0.3 * (len(axis) - 1) * (way[0] > 0), 0],
-            ]
-            for axis, way in drawn["axes"].items()
-        ]
+        cross = []
+        for axis, way in drawn["axes"].items():
+            ends = [drawn["at"], np.add(drawn["at"], way).tolist()]
+            cross.append(["arrow", ends, "machine", axis, [0.3 * (len(axis) - 1) * (way[0] > 0), 0]])
         parts = [(kind, _outline(geometry), geometry, *rest) for kind, geometry, *rest in [*cross, *drawn["parts"]]]
         size = 0.05 * np.ptp(np.concatenate([points for _, points, *_ in parts]), axis=0).max()
         for part in parts:
@@ -85,7 +79,7 @@ def _part(
         elif kind != "ring":
             place = points[len(points) // 2] if len(points) > 2 else points.mean(axis=0)
     if text:
-        _write(axes, place + size * np.array(shift), text, colour)
+        write(axes, place + size * np.array(shift), text, colour)
 
 
 def _dial(axes: Axes, size: float, points: np.ndarray, moves: bool, colour: str) -> np.ndarray:
@@ -102,7 +96,7 @@ def _dial(axes: Axes, size: float, points: np.ndarray, moves: bool, colour: str)
     start, end = start + aside, start + 0.75 * (end - start) + aside
     axes.plot(*np.transpose([start, end]), color=colour, linewidth=1.2)
     _head(axes, size, start, end, colour)
-    _write(axes, (start + end) / 2 + aside * (1.6, 0.6), "reads more", colour)
+    write(axes, (start + end) / 2 + aside * (1.6, 0.6), "reads more", colour)
     return body
 
 
@@ -111,7 +105,3 @@ def _head(axes: Axes, size: float, before: np.ndarray, tip: np.ndarray, colour: 
     x, y = along = (tip - before) / np.linalg.norm(tip - before)
     axes.fill(*(tip + 0.8 * size * HEAD @ [[x, y], [-y, x]]).T, color=colour)
     return along
-
-
-def _write(axes: Axes, at: np.ndarray, text: str, colour: str) -> None:
-    axes.text(at[0], at[1], text, color=colour, ha="center", va="center")

@@ -105,12 +105,15 @@ class Exercise:
 
     @cached_property
     def mixed_up(self) -> list[tuple[str, Any]]:
-        """Pairs of the sentence of each slip and the answer that it gives, as data."""
+        """Pairs of the sentence of each slip and the answer that it gives, as data.
+
+        A slip may be harmless with numbers that are drawn; of an exercise that draws none it is an error.
+        """
         found = [(said, self.read(self._slipped(**slip))) for said, slip in self.slips.items()]
-        for said, value in found if not self.complaint else ():
-            if self.kind.same(value, self.solution):
-                raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
-        return found
+        right = [each for each in found if not self.complaint and self.kind.same(each[1], self.solution)]
+        for said, value in right if not self.drawn else ():
+            raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
+        return [each for each in found if each not in right]
 
     def _slipped(self, answer: Any = None, **changed: Any) -> Any:
         if answer is None:

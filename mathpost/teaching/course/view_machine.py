@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.path import selection
+from mathpost.path.cl import from_arrays
 from mathpost.path.singular import CONE, distance, from_pole, regions
 from mathpost.shop import codegen
 from mathpost.teaching.draw import scene
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from mathpost.path.cl import CLData
     from mathpost.teaching.draw.part import Part
 
+MOST_WALKED = 4000  # records of a walk; of more, only every second, third … is shown
 SAMPLES = 48  # of the tool in a part, between two blocks
 TOUCH = 0.01  # mm; less is the error of triangles for a round face, here and in paths.js
 IN_THE_PART = "#c0002a"
@@ -82,7 +84,6 @@ def walk(
     joints: ArrayLike | None = None,
     *,
     place: ArrayLike | None = None,
-    second: Kinematics | None = None,
     start: float = 1.0,
     part: Part | None = None,
 ) -> Live:
@@ -90,61 +91,61 @@ def walk(
 
     Between blocks all joints move linearly, and the true path of the tip is drawn. `joints`, shape (m, 5), mm and
     radians, are the blocks, by default one per record, as chosen by `mathpost.path.selection.choose`; `place`,
-    shape (m,), is where each ends on the CL path, as in the `Result` of `mathpost.postprocess`. `second`,
-    the `Kinematics` of a different machine, is shown beside the first. The slider begins at the record `start`.
+    shape (m,), is where each ends on the CL path, as in the `Result` of `mathpost.postprocess`. The slider begins
+    at the record `start`.
 
-    A `draw.part.Part` is drawn on the first machine, and the view says how deep the tool is in it. Then
-    the path of the tip is drawn up to the present record, red where the tool is in the part.
+    A `draw.part.Part` is drawn on the machine, and the view says how deep the tool is in it. Then the path of the
+    tip is drawn up to the present record, red where the tool is in the part.
     """
-    chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
-    runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
-    if second is not None:
-        runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
-    state_runs, said = [], []
-    scenes: list[Scene] = []
-    for each, blocks, ends in runs:
-        solid = None if scenes else part
-        drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "", part=solid)
-        here = np.array([np.interp(start - 1, ends, column) for column in blocks.T])
-        if solid is not None:  # as close as keeps its whole way in sight
-            rings = np.concatenate(solid.rings)
-            drawn.extent = np.concatenate([put(placing(each.machine)(q)["workpiece"], rings) for q in blocks])
-        _, drawn = scene.best(each, drawn, here[None], aspect=0.9)
-        drawn.lines.append(Line("workpiece", [], COLOUR["tool"], 1.8, name="true tip"))
-        at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
-        near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
-        if not scenes:  # the buttons are for the first machine
-            places = _sights(kin, cl, at_records)
-        run = {"about": _about(each), "joints": blocks.tolist(), "place": ends.tolist(), "singular": near}
-        if solid is not None:
-            drawn.lines.append(Line("workpiece", [], IN_THE_PART, 4.0, name="in the part", over=True))
-            number, at = np.arange(len(blocks)), np.arange(SAMPLES * (len(blocks) - 1) + 1) / SAMPLES
-            sampled = np.stack([np.interp(at, number, column) for column in blocks.T], axis=-1)
-            depth = solid.depth(*each.forward(sampled))
-            run["depth"] = depth.round(4).tolist()
-            if depth.max() > TOUCH:
-                places.append(["in the part", float(np.interp(at[depth.argmax()], number, ends)) + 1])
-        state_runs.append(run)
-        scenes.append(drawn)
-        said.append(f"record {start:g}: {pose_text(each, here)}")
+    blocks = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
+    ends = np.arange(len(blocks)) if place is None else np.asarray(place)
+    drawn, _ = scene.machine(kin, cl, part=part)
+    here = np.array([np.interp(start - 1, ends, column) for column in blocks.T])
+    if part is not None:  # as close as keeps its whole way in sight
+        rings = np.concatenate(part.rings)
+        drawn.extent = np.concatenate([put(placing(kin.machine)(q)["workpiece"], rings) for q in blocks])
+    _, drawn = scene.best(kin, drawn, here[None], aspect=0.9)
+    drawn.lines.append(Line("workpiece", [], COLOUR["tool"], 1.8, name="true tip"))
+    at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
+    near = [[first + 1, last + 1] for first, last in regions(kin, cl, at_records, cone=CONE)]
+    places = _sights(kin, cl, at_records)
     poses = np.concatenate([cl.points, cl.axes], axis=1).round(9).tolist()
     step = 1.0 if len(cl) > 30 else 0.05
-    sliders = [slider("record", 1.0, float(len(cl)), start, step=step, unit="")]
-    state = {"kind": "walk", "cl": poses, "runs": state_runs, "places": places, "sliders": sliders}
-    printed = [codegen.body(each, jacobian=False) for each, _, _ in runs]
-    return Live(state, printed, "; ".join(said), scenes, height=520, layout="column")
+    state = {
+        "kind": "walk", "cl": poses, "about": _about(kin), "joints": blocks.tolist(), "place": ends.tolist(),
+        "singular": near, "places": places,
+        "sliders": [slider("record", 1.0, float(len(cl)), start, step=step, unit="")],
+    }  # fmt: skip
+    if part is not None:
+        drawn.lines.append(Line("workpiece", [], IN_THE_PART, 4.0, name="in the part", over=True))
+        number, at = np.arange(len(blocks)), np.arange(SAMPLES * (len(blocks) - 1) + 1) / SAMPLES
+        sampled = np.stack([np.interp(at, number, column) for column in blocks.T], axis=-1)
+        depth = part.depth(*kin.forward(sampled))
+        state["depth"] = depth.round(4).tolist()
+        if depth.max() > TOUCH:
+            places.append(["in the part", float(np.interp(at[depth.argmax()], number, ends)) + 1])
+    said = f"record {start:g}: {pose_text(kin, here)}"
+    return Live(state, [codegen.body(kin, jacobian=False)], said, [drawn], height=520, layout="column")
+
+
+def short_walk(kin: Kinematics, cl: CLData, joints: np.ndarray) -> tuple[Live, int]:
+    """Return a `walk` of at most `MOST_WALKED` records, with their joints, and that every n-th is shown."""
+    every = -(-len(joints) // MOST_WALKED)
+    shown = slice(0, len(joints), every)
+    return walk(kin, from_arrays(cl.points[shown], cl.axes[shown]), joints[shown]), every
 
 
 def _about(kin: Kinematics) -> dict[str, Any]:
     """Return the data of a machine that the browser needs besides its printed functions."""
     derived, limits = kin.inverse_symbolic, (kin.machine.limits * kin.machine.units[:, None]).round(9).tolist()
-    limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
-    about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
-    tool_side = {
-        "tool_side": kin.tool_side,
+    return {
+        "names": list(kin.machine.joint_names),
+        "limits": [[x if np.isfinite(x) else None for x in pair] for pair in limits],
+        "tool_side": kin.tool_side,  # None with one rotary axis
         "middle": float(sum(derived.solutions) / 2),
-    }  # None with one rotary axis
-    return about | tool_side | {"pole": [float(x) for x in derived.pole], "reach": list(kin.reach)}
+        "pole": [float(x) for x in derived.pole],
+        "reach": list(kin.reach),
+    }
 
 
 def _joint_sliders(kin: Kinematics, made: Arrangement, start: np.ndarray) -> list[Slider]:

@@ -33,11 +33,8 @@ def both_angles(kin: Kinematics) -> Live:
 
     The side view shows the effect of the tool-side angle alone, the other that of the workpiece-side angle.
     """
-    tool_side, workpiece_side, n = (
-        kin.inverse_symbolic.tool_side,
-        kin.inverse_symbolic.workpiece_side,
-        kin.forward_symbolic()[:3, 2],
-    )
+    derived, n = kin.inverse_symbolic, kin.forward_symbolic()[:3, 2]
+    tool_side, workpiece_side = derived.tool_side, derived.workpiece_side
     w = n.subs(workpiece_side, 0)
     products = (w[0] * n[1] - w[1] * n[0], w[0] * n[0] + w[1] * n[1])
 
@@ -46,9 +43,8 @@ def both_angles(kin: Kinematics) -> Live:
     side.plot(np.cos(turn), np.sin(turn), color=plot.COLOUR["machine"], linewidth=0.8)
     side.plot([0, 0], [-1.2, 1.2], color=plot.COLOUR["machine"])
     square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
-    side.set(
-        xlabel="from the side: across the workpiece-side axis", ylabel="k, along the workpiece-side axis", **square
-    )
+    along = "k, along the workpiece-side axis"
+    side.set(xlabel="from the side: across the workpiece-side axis", ylabel=along, **square)
     top.set(xlabel="along the workpiece-side axis: i", ylabel="j", **square)
     moving, ends = Moving(), [(-w[1], w[2]), (w[1], w[2])]
     moving.line(side, "published", ends, ":")

@@ -65,9 +65,8 @@ def turned_point(point: Sequence[float]) -> Live:
 def _frames_and_point(point: Sequence[float], size: float, extent: np.ndarray) -> Scene:
     """Return the scene of a point above its place on the disc of a fixed frame, and of a frame that turns."""
     foot = np.array([*point[:2], 0.0])
-    scene = Scene(
-        [_disc("bed", _FLOOR, size)], extent=np.concatenate([extent, [1.2 * np.array(point), 1.1 * foot]])
-    )
+    extent = np.concatenate([extent, [1.2 * np.array(point), 1.1 * foot]])
+    scene = Scene([_disc("bed", _FLOOR, size)], extent=extent)
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
     scene.triad("turned", _NAMES[3:], length=size, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
@@ -226,30 +225,17 @@ def cut_corner(frame: Frame, final: Sequence[float]) -> Live:
     return formula([drawn], symbols, sliders, places, text, buttons=buttons, height=430)
 
 
-def third_angle(
-    machine: Machine,
-    i: float,
-    j: float,
-    k: float = -90.0,
-    *,
-    seq: str = "+",
-    radius: float = 10.0,
-    retract: float = 1.0,
-    run_out: float = 0.02,
-) -> Live:
+def third_angle(machine: Machine, i: float, j: float, k: float = -90.0, *, seq: str = "+") -> Live:
     """The effect of the third angle, slider K, on a boring bar and a probe, seen along Z of a tilted plane.
 
-    The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
-    feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
-    feature's. Both are right only if the spindle's X is the feature's. Buttons choose between the two positions
-    of the rotary axes; it starts with that of `seq`. Lengths in mm, angles in degrees.
+    The spindle stops with the bar's tip along its own X, and the control retracts by 1 mm against the feature's X;
+    a stylus runs out by 20 µm along the spindle's X, and the control corrects along the feature's. Both are right
+    only if the spindle's X is the feature's. Buttons choose between the two positions of the rotary axes; it starts
+    with that of `seq`. Angles in degrees.
     """
-    from mathpost.teaching.draw.curves import (  # loads matplotlib, which views of scenes do not need
-        Moving,
-        printed,
-        subplots,
-    )
+    from mathpost.teaching.draw import curves  # loads matplotlib, which views of scenes do not need
 
+    radius, retract, run_out = 10.0, 1.0, 0.02  # mm
     alignment = align(Plane("G68.2", np.array([i, j, 0.0])).frame, machine)
     both = [positioning.heidenhain(alignment, (0, 0), seq=sign) for sign in "+-"]
     name = machine.rotary[alignment.tool_side].name
@@ -259,8 +245,8 @@ def third_angle(
     x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
     clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
     clear = sp.Piecewise((1, clearance > 0), (0, True))
-    circle, moving = np.stack([np.cos(turn), np.sin(turn)]), Moving()
-    figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
+    circle, moving = np.stack([np.cos(turn), np.sin(turn)]), curves.Moving()
+    figure, (bore, probe) = curves.subplots(1, 2, size=(7.0, 4.0))
     bored = f"bore of radius {radius:g} mm,\nbar retracted by {retract:g} mm along −X"
     titles = {bore: bored, probe: f"stylus ball, run-out {1000 * run_out:g} µm:\nbelieved (dotted) and true"}
     for axes, title in titles.items():
@@ -277,10 +263,8 @@ def third_angle(
     moving.line(bore, "tool", [(r * x - 0.25, r * y) for r in (0.6, 1.0)], lw=5)
     probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
     moving.line(probe, "tool", [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)])
-    said = [
-        ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
-        for choice in both
-    ]
+    names = [rotary.name for rotary in machine.rotary]
+    said = [", ".join(f"{n} {a:z.3f}" for n, a in zip(names, choice.angles, strict=True)) for choice in both]
     first = sp.Piecewise((1, side > 0), (0, True))
     text: list[TextLine] = [
         (f"{{?{said[0]}}}{{?{said[1]}}}, ρ = {{:3}}", first, 1 - first, sp.atan2(-y, x) * 180 / sp.pi),
@@ -290,7 +274,7 @@ def third_angle(
     sliders = [slider("K", -180, 180, k, step=5.0)]
     sliders.append(slider("side", -1, 1, 1 if seq == "+" else -1, unit="", hidden=True))
     buttons = [(f"{name} {sign} 0", [None, value]) for sign, value in ((">", 1), ("<", -1))]
-    return printed(figure, moving, [K, side], sliders, text, buttons=buttons, height=500)
+    return curves.printed(figure, moving, [K, side], sliders, text, buttons=buttons, height=500)
 
 
 def misreadings_apart(point: Sequence[float], names: Sequence[str]) -> Live:
@@ -299,13 +283,10 @@ def misreadings_apart(point: Sequence[float], names: Sequence[str]) -> Live:
     `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. Where a bar vanishes, the
     angles cannot reveal that misreading.
     """
-    from mathpost.teaching.draw.curves import (  # loads matplotlib, which views of scenes do not need
-        printed,
-        subplots,
-    )
+    from mathpost.teaching.draw import curves  # loads matplotlib, which views of scenes do not need
 
     symbols, at = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
-    figure, panel = subplots()
+    figure, panel = curves.subplots()
     panel.set(xlim=(0, 2 * float(at.norm())), ylim=(len(names) - 0.5, -0.5))
     panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
     bars, distances = {}, []
@@ -319,4 +300,4 @@ def misreadings_apart(point: Sequence[float], names: Sequence[str]) -> Live:
     sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]
     said = ", ".join(f"{name} {{:3}}" for name in names)
     text: list[TextLine] = [(f"away from the right point (0.000 cannot be seen): {said}", *distances)]
-    return printed(figure, bars, symbols, sliders, text, height=520)
+    return curves.printed(figure, bars, symbols, sliders, text, height=520)

@@ -69,9 +69,9 @@ Object.assign(KINDS, {
         }
         return update;
     },
-    // A walk along the blocks of a program, on one machine or on several.
+    // A walk along the blocks of a program.
     walk(state, machines, ui) {
-        const { cl } = state, runs = state.runs.map((run, i) => ({ ...run, m: machines[i], scene: new Scene(state.scenes[i], ui.panes) }));
+        const { cl, about, joints, place, singular: near, depth } = state, [m] = machines, scene = new Scene(state.scenes[0], ui.panes);
         const interpolate = (rows, place, at) => {
             let k = 1;
             while (k < place.length - 1 && place[k] < at) k++;
@@ -79,20 +79,18 @@ Object.assign(KINDS, {
             const t = max(0, min(1, (at - place[k - 1]) / (place[k] - place[k - 1])));
             return rows[k - 1].map((x, i) => x + t * (rows[k][i] - x));
         };
-        for (const run of runs) {
-            const named = (name) => run.scene.lines.find((line) => line.name === name), way = named("true tip"), n = run.joints.length;
-            const numbers = run.joints.map((_, k) => [k]), at = numbers.flat(), every = run.depth ? (run.depth.length - 1) / (n - 1) : n > 200 ? 0 : 24;
-            const tips = Array.from({ length: every && (n - 1) * every + 1 }, (_, i) => pose(run.m, interpolate(run.joints, at, i / every))[0]);
-            way.parts = [tips];
-            if (run.depth) run.upTo = (place, tip) => { // draw the path so far, and return how deep the tool is
-                const [block] = interpolate(numbers, run.place, place), k = floor(block * every), deep = run.depth.map((d) => d > 0.01);
-                way.parts = [[...tips.slice(0, k + 1), tip]];
-                named("in the part").parts = tips.slice(1, k + 1).flatMap((p, i) => deep[i] && deep[i + 1] ? [[tips[i], p]] : []);
-                return interpolate(run.depth.map((d) => [d]), run.depth.map((_, i) => i), block * every)[0];
-            };
-        }
-        const panels = runs.length > 1 ? [] : [3, 4].map((joint) => {
-            const { m, about, joints, place, singular } = runs[0], found = cl.map((r) => m.inverse(r.slice(0, 3), r.slice(3)));
+        const named = (name) => scene.lines.find((line) => line.name === name), way = named("true tip"), n = joints.length;
+        const numbers = joints.map((_, k) => [k]), at = numbers.flat(), every = depth ? (depth.length - 1) / (n - 1) : n > 200 ? 0 : 24;
+        const tips = Array.from({ length: every && (n - 1) * every + 1 }, (_, i) => pose(m, interpolate(joints, at, i / every))[0]);
+        way.parts = [tips];
+        const upTo = (record, tip) => { // draw the path so far, and return how deep the tool is
+            const [block] = interpolate(numbers, place, record), k = floor(block * every), deep = depth.map((d) => d > 0.01);
+            way.parts = [[...tips.slice(0, k + 1), tip]];
+            named("in the part").parts = tips.slice(1, k + 1).flatMap((p, i) => deep[i] && deep[i + 1] ? [[tips[i], p]] : []);
+            return interpolate(depth.map((d) => [d]), depth.map((_, i) => i), block * every)[0];
+        };
+        const panels = [3, 4].map((joint) => {
+            const found = cl.map((r) => m.inverse(r.slice(0, 3), r.slice(3)));
             const chosen = cl.map((_, i) => interpolate(joints, place, i)[joint] / DEGREE);
             const branch = (k) => { let turn = 0, old = null; return found.map((both, i) => {
                 if (!both) return NaN;
@@ -101,27 +99,22 @@ Object.assign(KINDS, {
                 return old = x + turn;
             }); };
             const curves = [{ values: chosen, colour: "#7f7f7f88", width: 6, dash: [] }, { values: branch(0), colour: "#009e73", width: 2, dash: [] }, { values: branch(1), colour: "#cc79a7", width: 2, dash: [6, 4] }];
-            return new Curves({ title: `${about.names[joint]}, degrees, over the records`, records: cl.map((_, i) => i + 1), limits: about.limits[joint], singular, curves }, ui.plots());
+            return new Curves({ title: `${about.names[joint]}, degrees, over the records`, records: cl.map((_, i) => i + 1), limits: about.limits[joint], singular: near, curves }, ui.plots());
         });
         const controls = ui.controls(state.sliders, () => update());
-        ui.buttons(ui.places(controls), runs.map((run) => run.scene));
+        ui.buttons(ui.places(controls), [scene]);
         ui.player(controls, 0);
         function update() {
             const record = controls.values[0], at = record - 1, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
             const wanted = cl[k].map((x, i) => x + t * (next[i] - x)), turned = angle(cl[k].slice(3), next.slice(3));
             const axis = turned < 1e-9 ? cl[k].slice(3) : [3, 4, 5].map((i) => (sin((1 - t) * turned) * cl[k][i] + sin(t * turned) * next[i]) / sin(turned));
             controls.show();
-            const said = [], out = [];
-            for (const { m, about, joints, place, scene, upTo } of runs) {
-                const q = interpolate(joints, place, at), [tip, tool] = pose(m, q), depth = upTo ? upTo(at, tip) : 0;
-                scene.show(m.places(q));
-                const who = runs.length > 1 ? `${about.title}: ` : `record ${fixed(record, 2)}: `;
-                said.push(`${who}${words(about.names, q)}`);
-                said.push(`tip ${fixed(length(minus(tip, wanted.slice(0, 3))), 4)} mm and axis ${fixed(angle(tool, axis) / DEGREE, 3)}° off the CL data, ${singular(about, tool)}`);
-                out.push(depth > 0.01 ? `the tool is ${fixed(depth, 2)} mm in the part` : "", outOfTravel(about, q));
-            }
+            const q = interpolate(joints, place, at), [tip, tool] = pose(m, q), deep = depth ? upTo(at, tip) : 0;
+            scene.show(m.places(q));
+            const off = `tip ${fixed(length(minus(tip, wanted.slice(0, 3))), 4)} mm and axis ${fixed(angle(tool, axis) / DEGREE, 3)}° off the CL data`;
+            const out = [deep > 0.01 ? `the tool is ${fixed(deep, 2)} mm in the part` : "", outOfTravel(about, q)];
             panels.forEach((panel) => panel.show(record));
-            ui.say(said, out.filter(Boolean).join("; "));
+            ui.say([`record ${fixed(record, 2)}: ${words(about.names, q)}`, `${off}, ${singular(about, tool)}`], out.filter(Boolean).join("; "));
         }
         return update;
     },

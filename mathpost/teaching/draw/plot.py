@@ -142,25 +142,22 @@ def on_pole_map(kin: Kinematics, tool_axes: np.ndarray) -> tuple[np.ndarray, np.
     return angle * np.cos(direction), angle * np.sin(direction)
 
 
-def pole_globe(
-    axes: Axes3D, kin: Kinematics, paths: Mapping[str, np.ndarray], *, most: int = 6, times: float = 8
-) -> None:
-    """Draw tool axes near the pole on a globe, their angles from it enlarged `times`, up to `most` degrees.
+def pole_globe(axes: Axes3D, kin: Kinematics, paths: Mapping[str, np.ndarray]) -> None:
+    """Draw tool axes near the pole on a globe, their angles from it enlarged eight times, up to 6 degrees.
 
     `paths` maps a role, one of `COLOUR`, to tool axes (n, 3); `axes` are three-dimensional.
     """
 
     def lifted(across: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        angle, heading = np.radians(times) * np.hypot(across, up), np.arctan2(up, across)
+        angle, heading = np.radians(8) * np.hypot(across, up), np.arctan2(up, across)
         return np.sin(angle) * np.cos(heading), np.sin(angle) * np.sin(heading), np.cos(angle)
 
     turn, grey = np.linspace(0, 2 * np.pi, 73), {"color": COLOUR["machine"], "linewidth": 0.6}
-    for degrees in range(1, most + 1):
+    for degrees in range(1, 7):
         axes.plot(*lifted(degrees * np.cos(turn), degrees * np.sin(turn)), **grey)
+    spoke = np.linspace(0, 6, 25)
     for heading in turn[:-1:6]:
-        axes.plot(
-            *lifted(np.linspace(0, most, 25) * np.cos(heading), np.linspace(0, most, 25) * np.sin(heading)), **grey
-        )
+        axes.plot(*lifted(spoke * np.cos(heading), spoke * np.sin(heading)), **grey)
     for role, tool_axes in paths.items():
         axes.plot(*lifted(*on_pole_map(kin, tool_axes)), STYLE[role], color=COLOUR[role], linewidth=2.2, label=role)
     axes.set_box_aspect((1, 1, 0.5), zoom=1.4)
@@ -214,15 +211,13 @@ def ellipse(axes: Axes, centre: ArrayLike, covariance: np.ndarray, **style: Any)
     axes.plot(*(ring + np.reshape(centre, (2, 1))), **style)
 
 
-def cutter(axes: Axes, cutter: Cutter, tip: Sequence[float], tilt: float, *, height: float) -> None:
-    """Fill the outline of a `Cutter`, its `tip` at (x, z) and its axis `tilt` radians from z to x."""
+def cutter(axes: Axes, cutter: Cutter, tip: Sequence[float]) -> None:
+    """Fill the outline of an upright `Cutter`, 14 mm of it, its `tip` at (x, z)."""
     rise = np.linspace(0, np.pi / 2, 30)
     flat = cutter.diameter / 2 - cutter.rim
     across = np.concatenate([[0], flat + cutter.rim * np.sin(rise), [cutter.diameter / 2, 0]])
-    up = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [height, height]])
-    across, up = np.concatenate([across, -across[::-1]]), np.concatenate([up, up[::-1]])
-    x = tip[0] + across * np.cos(tilt) + up * np.sin(tilt)
-    z = tip[1] - across * np.sin(tilt) + up * np.cos(tilt)
+    up = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [14, 14]])
+    x, z = tip[0] + np.concatenate([across, -across[::-1]]), tip[1] + np.concatenate([up, up[::-1]])
     axes.fill(x, z, color=COLOUR["tool"], alpha=0.3)
     axes.set_aspect("equal")
 

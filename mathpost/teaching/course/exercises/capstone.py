@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -17,9 +17,8 @@ from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
 from mathpost.path import selection, singular
 from mathpost.teaching.course.answers import Number, Vector, Written
-from mathpost.teaching.course.answers.kind import Numbers
 from mathpost.teaching.course.judged_program import AXIS, Program, unproved
-from mathpost.teaching.course.verdict import define
+from mathpost.teaching.course.verdict import define, slip
 
 if TYPE_CHECKING:
     from mathpost.path.cl import CLData
@@ -178,30 +177,7 @@ def both_branches(seed=0):
     return inverse
 
 
-def compared(kind: Number, value: Numbers, right: Numbers, mixups: Mapping[str, Numbers], hint: str) -> str:
-    """Say which mix-up gives a number, or the hint; nothing if it is right. A mix-up may be right on some parts."""
-    if kind.same(value, right):
-        return ""
-    for said, other in mixups.items():
-        if kind.same(value, other):
-            return said
-    return hint
-
-
-PLACE = Vector(names="place degrees", decimals=2)
-
-
-def not_nearest(value: list[float], seed: int) -> str:
-    """Say what is wrong with the place nearest to the pole."""
-    at_records = "That is the nearest record. The path comes nearer between two of them."
-    mixups = {
-        at_records: nearest_to_the_pole(seed, at_records=True),
-        "That place counts from 0: record 1 is the place 1.": nearest_to_the_pole(seed, first=0),
-    }
-    return compared(PLACE, value, nearest_to_the_pole(seed), mixups, "Sample each arc, or drop the perpendicular.")
-
-
-@define("07c-pole", PLACE, complaint=not_nearest, **OWN)
+@define("07c-pole", Vector(names="place degrees", decimals=2), **OWN)
 def nearest_to_the_pole(seed=0, at_records=False, first=1):
     """The foot of the perpendicular from the pole to the arc between two records, or a record itself."""
     kin, path = task(seed).kin, task(seed).path
@@ -212,22 +188,7 @@ def nearest_to_the_pole(seed=0, at_records=False, first=1):
     return [first + move + part[move], np.degrees(away[move])]
 
 
-TURN = Number(decimals=1, unit="degrees")
-
-
-def not_least(value: float, seed: int) -> str:
-    """Say what is wrong with the least turn of C."""
-    mixups = {
-        "That takes a solution that is out of travel.": least_turn(seed, travel=False),
-        "That counts the C that the formula returns at the pole. Nothing asks for it.": least_turn(
-            seed, by_formula=True
-        ),
-        "That changes the branch beside the pole, and the tool axis leaves its arc.": least_turn(seed, granted=9.0),
-    }
-    return compared(TURN, value, least_turn(seed), mixups, "Which candidates does each record have?")
-
-
-@define("07c-turn", TURN, complaint=not_least, **OWN)
+@define("07c-turn", Number(decimals=1, unit="degrees"), **OWN)
 def least_turn(seed=0, by_formula=False, granted=GRANTED, travel=True):
     """Bellman's recursion with the turn of C as the cost; a record at the pole has the C of its neighbours."""
     kin, path = task(seed).kin, task(seed).path
@@ -257,22 +218,14 @@ def program(seed=0):
     return postprocess(task(seed).path, task(seed).kin.machine, name="part").program
 
 
-SECONDS = Number(decimals=2, unit="s")
-
-
-def not_those_seconds(value: float, seed: int) -> str:
-    """Say what is wrong with the seconds of the package's program."""
+def seconds_at_the_feeds(seed: int) -> float:
+    """Return the seconds of the path if only its feeds counted."""
     path = task(seed).path
-    mixups = {
-        "That is how long the feeds alone take. The rates of the axes count, too.": float(
-            np.nansum(cldata.feed_times(path.points, path.feeds[1:]))
-        )
-    }
-    hint = "Give the time that the report states for the same part and machine, no option changed."
-    return compared(SECONDS, value, seconds_of_the_package(seed), mixups, hint)
+    return float(np.nansum(cldata.feed_times(path.points, path.feeds[1:])))
 
 
-@define("07c-package", SECONDS, complaint=not_those_seconds, **OWN)
+@define("07c-package", Number(decimals=2, unit="s"), **OWN)
+@slip("feeds alone", seconds_at_the_feeds)
 def seconds_of_the_package(seed=0):
     """The package's default, `direct`, timed as its text is read back."""
     return postprocess(task(seed).path, task(seed).kin.machine, name="part").report.time
