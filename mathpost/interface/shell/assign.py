@@ -27,9 +27,8 @@ def run(options: argparse.Namespace) -> int:
     own = sorted(set().union(*asked.values()) & {name for name, each in EXERCISES.items() if each.drawn})
     said = "The numbers of these exercises"
     if students:
-        said = (
-            f"Each student has numbers of their own in {', '.join(own) or 'no exercise'}; the numbers of the others"
-        )
+        said = f"Each student has numbers of their own in {', '.join(own) or 'no exercise'}"
+        said += "; the numbers of the others"
     print(f"{said} are the same for all.", file=sys.stderr)
     print("The package holds the solutions of its own exercises: who has it can read them.", file=sys.stderr)
     return 0

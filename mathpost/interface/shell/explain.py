@@ -14,7 +14,7 @@ from mathpost.detective.rotary_axes import explain_joints
 from mathpost.detective.rotations import explain_rotation
 from mathpost.errors import InputError
 from mathpost.interface.shell.options import FILE, THREE, number
-from mathpost.interface.shell.pose import control_lines, position_rows
+from mathpost.interface.shell.pose import control_lines, floats, position_rows
 from mathpost.kinematics import Kinematics
 from mathpost.shop.plane import pose
 
@@ -77,11 +77,8 @@ def _rows(options: argparse.Namespace, *names: str) -> list[list]:
 def _of_rotation(options: argparse.Namespace) -> Explanation:
     """Explain an answer that involves no machine."""
     given = options.angles or options.quaternion or (options.result and options.matrix)
-    of_points = {
-        "sequence": options.sequence,
-        "origin": options.origin,
-        "convention": options.convention or "passive",
-    }
+    convention = options.convention or "passive"
+    of_points = {"sequence": options.sequence, "origin": options.origin, "convention": convention}
     if options.matrix is not None and options.matrix is not given:
         _need(options, "angles")
         answer = [options.matrix[n : n + 3] for n in (0, 3, 6)]
@@ -113,9 +110,8 @@ def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
         return None
     if not options.tip:
         return [explain_joints(kinematics, *_rows(options, "axis", "result"))]
-    tip, axis, result = (
-        np.atleast_2d(np.array(row, dtype=object)) for row in _rows(options, "tip", "axis", "result")
-    )
+    rows = _rows(options, "tip", "axis", "result")
+    tip, axis, result = (np.atleast_2d(np.array(row, dtype=object)) for row in rows)
     if result.shape[1] != len(kinematics.symbols):
         raise InputError("--result", f"all words, {' '.join(kinematics.machine.joint_names)}", f"{result.shape[1]}")
     return [
@@ -127,8 +123,8 @@ def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
 def _positions(kinematics: Kinematics, options: argparse.Namespace) -> None:
     """Print the angles that make a tool axis, where there is nothing to explain."""
     for n, given in enumerate(options.axis):
-        axis = np.array(given, dtype=float)
-        tip = np.array(options.tip[n] if options.tip and n < len(options.tip) else (0, 0, 0), dtype=float)
+        at_origin = not options.tip or n >= len(options.tip)
+        axis, tip = floats(given), np.zeros(3) if at_origin else floats(options.tip[n])
         found, taken = pose.positions(kinematics, tip, axis), pose.taken(kinematics, axis)
         print(*position_rows(kinematics, found), sep="\n")
         print(*control_lines(kinematics, found, [0.0] * len(kinematics.machine.rotary), taken), sep="\n")

@@ -47,10 +47,8 @@ def _verdict(fitted: FittedHead, sigma: float | None) -> tuple[str, bool]:
     if sigma is None:
         return f"at most {largest:.1f} µm are left; whether that fits is not judged without --sigma", True
     fits = bool(scipy.special.chdtrc(estimate.spare, estimate.spare * estimate.noise**2) >= CHANCE)
-    return (
-        f"the vectors {'fit' if fits else 'do not fit'} an arm that turns: at most {largest:.1f} µm are left",
-        fits,
-    )
+    said = f"the vectors {'fit' if fits else 'do not fit'} an arm that turns"
+    return f"{said}: at most {largest:.1f} µm are left", fits
 
 
 def _left(fitted: FittedHead) -> list[str]:
@@ -58,10 +56,8 @@ def _left(fitted: FittedHead) -> list[str]:
     head, rows = fitted.measured, [("", *"XYZ", *"XYZ")]
     for angle, u, left in zip(head.angles, head.vectors, 1e3 * fitted.residuals, strict=True):
         rows.append((f"{angle:g}", *(f"{value:z.3f}" for value in u), *(f"{value:z.1f}" for value in left)))
-    said = [
-        f"{name.upper()} repeats to the last digit: was it measured? It says nothing of the noise"
-        for name in fitted.repeated
-    ]
+    repeated = "repeats to the last digit: was it measured? It says nothing of the noise"
+    said = [f"{name.upper()} {repeated}" for name in fitted.repeated]
     return ["the vector at each angle, mm, and what is left of it, µm", *columns(rows), *said]
 
 

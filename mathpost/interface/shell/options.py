@@ -51,18 +51,12 @@ def count_of(values: list[str], names: Sequence[str], where: str) -> list[float]
 
 def columns(rows: Iterable[Sequence[str]]) -> list[str]:
     """Return the lines of a table, columns as wide as their widest text: numbers right-aligned, words left."""
-    rows = [list(row) for row in rows]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    numeric = [
-        all(re.fullmatch(r"[-\d.]*|[A-Z][0-9]?", text) for text in column) for column in zip(*rows, strict=True)
-    ]
-    return [
-        "  ".join(
-            f"{text:>{width}}" if right else f"{text:{width}}"
-            for text, width, right in zip(row, widths, numeric, strict=True)
-        ).rstrip()
-        for row in rows
-    ]
+    made = []
+    for column in zip(*rows, strict=True):
+        width = max(map(len, column))
+        numeric = all(re.fullmatch(r"[-\d.]*|[A-Z][0-9]?", text) for text in column)
+        made.append([f"{text:>{width}}" if numeric else f"{text:{width}}" for text in column])
+    return ["  ".join(row).rstrip() for row in zip(*made, strict=True)]
 
 
 def named(names: Sequence[str], values: Iterable[float], decimals: int = 4) -> str:

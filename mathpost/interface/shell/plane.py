@@ -6,7 +6,7 @@ import argparse
 import json
 import re
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +16,8 @@ from mathpost.chain import machine_frames
 from mathpost.errors import InputError
 from mathpost.files import text_of
 from mathpost.frame import Frame
-from mathpost.interface.shell.options import FILE, JSON, PRESENT, THREE, count_of, named
-from mathpost.interface.shell.pose import control_lines, position_rows
+from mathpost.interface.shell.options import FILE, JSON, PRESENT, THREE, named
+from mathpost.interface.shell.pose import control_lines, floats, position_rows, standing
 from mathpost.kinematics import Kinematics
 from mathpost.path.nc_words import Words
 from mathpost.rotation import wrap
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the plane; return 1 if the machine has no position inside travel."""
     kinematics = None if options.machine is None else Kinematics(machine_file.load(options.machine))
     names = () if kinematics is None else kinematics.machine.joint_names[3:]
-    present = np.array(count_of(options.present, names, "--from") if options.present else [0.0] * len(names))
+    present = np.array(standing(options, names))
     plane, form = _read(options, kinematics, present)
     plane = plane.to("G68.2")
     answer: dict[str, Any] = {"form": FORMS[form] if form else None, "clockwise": bool(plane.frame.z[2] < -SAME)}
@@ -73,36 +73,25 @@ def run(options: argparse.Namespace) -> int:
         found = pose.positions(kinematics, plane.origin, plane.frame.z, present)
         taken = pose.taken(kinematics, plane.frame.z, present)
         left = [_left(kinematics, plane, each) for each in found]
-        answer["machine"] = {
-            "name": kinematics.machine.name,
-            "positions": left,
-            "controls": pose.as_data(kinematics, taken),
-        }
-        lines += [
-            "",
-            *_machine_lines(kinematics, plane, found, left),
-            "",
-            *control_lines(kinematics, found, present.tolist(), taken),
-        ]
-    print(
-        json.dumps(answer, default=np.ndarray.tolist, ensure_ascii=False, indent=1)
-        if options.json
-        else "\n".join(lines)
-    )
+        controls = pose.as_data(kinematics, taken)
+        answer["machine"] = {"name": kinematics.machine.name, "positions": left, "controls": controls}
+        lines += ["", *_machine_lines(kinematics, plane, found, left), ""]
+        lines += control_lines(kinematics, found, present.tolist(), taken)
+    if options.json:
+        print(json.dumps(answer, default=np.ndarray.tolist, ensure_ascii=False, indent=1))
+    else:
+        print(*lines, sep="\n")
     return int(bool(found) and all(each.reasons for each in found))
 
 
 def _order(plane: Plane) -> str:
     """Say on which side of three points Z is, and what it is with two of them exchanged."""
-    side = (
-        "clockwise seen from above: Z points down"
-        if plane.frame.z[2] < -SAME
-        else "anticlockwise seen from above: Z points up"
-    )
-    side = side if abs(plane.frame.z[2]) > SAME else "in an upright plane: Z is level"
-    return (
-        f"The three points run {side}. Exchanging the second and the third turns the plane over: Z is the opposite."
-    )
+    side, height = "in an upright plane: Z is level", plane.frame.z[2]
+    if abs(height) > SAME:
+        turn = "clockwise" if height < 0 else "anticlockwise"
+        side = f"{turn} seen from above: Z points {'down' if height < 0 else 'up'}"
+    exchanged = "Exchanging the second and the third turns the plane over: Z is the opposite."
+    return f"The three points run {side}. {exchanged}"
 
 
 def _fixture(words: Words, kinematics: Kinematics | None) -> Plane:
@@ -127,7 +116,7 @@ def _read(options: argparse.Namespace, kinematics: Kinematics | None, present: n
         raise InputError("plane", "a control's words, three --point, or --normal", " and ".join(said) or "nothing")
     if options.x and not options.normal:
         raise InputError("--x", "--normal beside it", "none")
-    origin = _floats(options.origin) if options.origin else None
+    origin = floats(options.origin) if options.origin else None
     if options.words:
         text = " ".join(options.words).upper()
         if not text.startswith("CYCLE"):  # a decimal comma
@@ -142,23 +131,14 @@ def _read(options: argparse.Namespace, kinematics: Kinematics | None, present: n
         return plane if origin is None else Plane(plane.notation, plane.values, origin, plane.keep), form
     if options.point:
         if len(options.point) != 3:
-            raise InputError(
-                "--point", "three points: the origin, one on X, one towards Y", f"{len(options.point)}"
-            )
-        first, second, third = map(_floats, options.point)
-        z = np.cross(second - first, third - first)
-        frame = Frame.from_axes(z, second - first, first if origin is None else origin)
+            expected = "three points: the origin, one on X, one towards Y"
+            raise InputError("--point", expected, f"{len(options.point)}")
+        place, second, third = map(floats, options.point)
+        x, z = second - place, np.cross(second - place, third - place)
     else:
-        z = _floats(options.normal)
-        level = euler.matrix("ZXZ", euler.from_direction("ZXZ", z))[:, 0]
-        frame = Frame.from_axes(
-            z, _floats(options.x) if options.x else level, np.zeros(3) if origin is None else origin
-        )
-    return Plane.from_frame(frame, "G68.2"), ""
-
-
-def _floats(texts: Iterable[str]) -> np.ndarray:
-    return np.array([float(text) for text in texts])
+        place, z = np.zeros(3), floats(options.normal)
+        x = floats(options.x) if options.x else euler.matrix("ZXZ", euler.from_direction("ZXZ", z))[:, 0]
+    return Plane.from_frame(Frame.from_axes(z, x, place if origin is None else origin), "G68.2"), ""
 
 
 def _words(plane: Plane) -> dict[str, dict[str, str]]:
@@ -181,10 +161,8 @@ def _wrong(plane: Plane) -> list[dict[str, Any]]:
     found = []
     for other, reasons in by_value.items():
         frame = Plane("G68.2", np.array([first, middle, other]), plane.origin).frame
-        turned = float(wrap(other - third))
-        found.append(
-            {"why": " or ".join(reasons), "K": other, "turned": turned, "point": frame.point([SEEN, 0, 0])}
-        )
+        row = {"why": " or ".join(reasons), "K": other, "turned": float(wrap(other - third))}
+        found.append(row | {"point": frame.point([SEEN, 0, 0])})
     return found
 
 
@@ -215,17 +193,12 @@ def _plane_lines(plane: Plane, answer: dict[str, Any]) -> list[str]:
         lines += [f"   ({said['note']})"] * bool(said["note"])
     lines.append(f"The same plane: G68.2 {named('IJK', euler.twin('ZXZ', plane.values, degrees=True))}")
     here = " ".join(text_of(x) for x in plane.frame.point([SEEN, 0, 0]))
-    lines += [
-        "",
-        f"K turns what lies on the plane, not the plane. X{SEEN:g} of it is at {here} in the workpiece. With a K",
-    ]
+    said = f"K turns what lies on the plane, not the plane. X{SEEN:g} of it is at {here} in the workpiece. With a K"
+    lines += ["", said] if answer["wrong"] else []
     for row in answer["wrong"]:
-        at = " ".join(text_of(x) for x in row["point"])
-        lines.append(
-            f"   {row['why']} (K {text_of(row['K'])}): "
-            f"all is turned by {text_of(row['turned'])}°, X{SEEN:g} is at {at}"
-        )
-    return lines if answer["wrong"] else lines[:-2]
+        at, turned = " ".join(text_of(x) for x in row["point"]), text_of(row["turned"])
+        lines.append(f"   {row['why']} (K {text_of(row['K'])}): all is turned by {turned}°, X{SEEN:g} is at {at}")
+    return lines
 
 
 def _machine_lines(
@@ -240,10 +213,8 @@ def _machine_lines(
             turned, right = text_of(-row["rho"]), text_of(row["K"])
             said = f"the spindle's X is {turned}° from the plane's X, with K {right} along it"
         beside = [f"{pair[0]} along the plane's {pair[1]}" for pair in row["parallel"] if pair[1] != "Z"]
-        lines.append(
-            f"{n}: K {text_of(float(plane['K']))}: {said}; "
-            + (", ".join(beside) or "no slide is parallel to its X or Y")
-        )
+        parallel = ", ".join(beside) or "no slide is parallel to its X or Y"
+        lines.append(f"{n}: K {text_of(float(plane['K']))}: {said}; {parallel}")
     if "table" in model.arrangement:
         lines.append("Work offset at the plane's origin when the table has turned there, machine coordinates, mm:")
         lines += [f"{n}: {named('XYZ', row['offset'])}" for n, row in enumerate(left, 1)]

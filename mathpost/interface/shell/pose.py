@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,18 +30,26 @@ def run(options: argparse.Namespace) -> int:
     if (options.axis is None) == (options.joints is None):
         raise InputError("pose", "--axis or --joints", "both" if options.axis else "neither")
     kinematics = Kinematics(machine_file.load(options.machine))
-    names = kinematics.machine.joint_names
-    taken, present = {}, [0.0] * len(names[3:])
-    if options.present:
-        present = count_of(options.present, names[3:], "--from")
+    names, taken = kinematics.machine.joint_names, {}
+    present = standing(options, names[3:])
     if options.joints:
         found = [pose.at(kinematics, np.array(count_of(options.joints, names, "--joints")))]
     else:
-        tip, axis = (np.array([float(each) for each in given]) for given in (options.tip, options.axis))
-        found = pose.positions(kinematics, tip, axis, present)
+        axis = floats(options.axis)
+        found = pose.positions(kinematics, floats(options.tip), axis, present)
         taken = pose.taken(kinematics, axis, present)
     print(_json(kinematics, found, present, taken) if options.json else _text(kinematics, found, present, taken))
     return int(all(position.reasons for position in found))
+
+
+def standing(options: argparse.Namespace, names: Sequence[str]) -> list[float]:
+    """Return where the rotary axes `names` stand: as --from says, or at 0."""
+    return count_of(options.present, names, "--from") if options.present else [0.0] * len(names)
+
+
+def floats(texts: Iterable[str]) -> np.ndarray:
+    """Return numbers that were typed as an array."""
+    return np.array([float(text) for text in texts])
 
 
 def _text(

@@ -115,10 +115,8 @@ def _put(table: dict[str, Any], row: Row, before: Row) -> None:
         elif value != was[key]:
             item = tomlkit.item(value)
             if key in table:
-                item.trivia.comment_ws, item.trivia.comment = (
-                    table[key].trivia.comment_ws,
-                    table[key].trivia.comment,
-                )
+                there = table[key].trivia
+                item.trivia.comment_ws, item.trivia.comment = there.comment_ws, there.comment
             table[key] = item
 
 

@@ -4,27 +4,19 @@ import argparse
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from mathpost import machine_file
 from mathpost.errors import InputError
 from mathpost.interface.shell.calibrate import SAID
 from mathpost.interface.shell.options import given
-from mathpost.interface.workbench.panel import Panel
 from mathpost.interface.workbench.run import Made
 from mathpost.shop.compensate import handover, readings
 from mathpost.shop.compensate.calibrate import calibrate
 from mathpost.shop.compensate.calibration import Calibration
 from mathpost.shop.compensate.terms import terms
 
-FIRST = ("machine", "readings", "template", "accept")
 MOST_ROWS = 300  # of residuals, the largest first
 HEAD = "<tr><th>file<th>line<th>column<th>off, µm<th>times its own scatter"
-
-
-def panel(**values: Any) -> Panel:
-    """Return the panel, its options set to `values`: ``panel(machine="ac_table.toml", readings=["ball.csv"])``."""
-    return Panel("calibrate", work, FIRST, values)
 
 
 def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:

@@ -1,18 +1,16 @@
 """Spreadsheets checked: a line for each as it is judged, which unfolds to its sheet; marked copies to download."""
 
 import argparse
-import io
-import zipfile
+import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from mathpost.errors import InputError
 from mathpost.interface.shell import check
-from mathpost.interface.workbench.panel import Panel, download
+from mathpost.interface.workbench.panel import download
 from mathpost.interface.workbench.run import Made
 from mathpost.interface.workbench.sheet_page import sheet_page
 from mathpost.teaching.workbook import Reference, check_folder, mark
@@ -20,14 +18,8 @@ from mathpost.teaching.workbook.folder import HEADS, MARKED_LIMIT, Row, Summary,
 from mathpost.teaching.workbook.report import STATUS_COLOUR, UNCLEAR, FileReport
 from mathpost.teaching.workbook.sheet.file import read
 
-FIRST = ("path", "reference", "sequence", "convention", "machine", "language")
 MOST_LINES = 400  # of a class; the downloads have all
 SMALL = 200_000  # bytes of the largest marked copy that a line offers by itself
-
-
-def panel(**values: Any) -> Panel:
-    """Return the panel, its options set to `values`: ``panel(path="right.xlsx")``."""
-    return Panel("check", work, FIRST, values)
 
 
 def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) -> Made:
@@ -59,7 +51,7 @@ def work(options: argparse.Namespace, say: Callable[..., None], folder: Path) ->
     files = {"class.csv": summary.to_csv().encode(), "class.html": summary.to_html().encode()} if many else {}
     copies = sorted(path for path in marked.rglob("*") if path.is_file()) if marked.is_dir() else []
     if many and copies:
-        files["marked.zip"] = _zipped(marked, copies)
+        files["marked.zip"] = Path(shutil.make_archive(str(folder / "copies"), "zip", marked)).read_bytes()
     elif copies:
         files[f"marked_{place.name}"] = copies[0].read_bytes()
     if isinstance(task, Reference):
@@ -90,11 +82,3 @@ def _row(row: Row, report: FileReport | None, path: Path, copy: Path, *, opened:
         inside += download(f"marked_{copy.name}", copy.read_bytes())
     line = _line(row, "", colour, f"<div>{inside}</div>")
     return line.replace("<details ", "<details open ", 1) if opened else line
-
-
-def _zipped(folder: Path, paths: Iterable[Path]) -> bytes:
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in paths:
-            archive.write(path, path.relative_to(folder))
-    return content.getvalue()

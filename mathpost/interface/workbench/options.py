@@ -59,10 +59,8 @@ class Option:
         if self.action.const is True:
             return widgets.Checkbox(value=bool(value), indent=True, **how)
         if self.action.choices is not None:
-            choices = [
-                *[("", None)] * (not self.action.default),
-                *((each, each) for each in self.action.choices),
-            ]
+            none = [] if self.action.default else [("", None)]
+            choices = [*none, *((each, each) for each in self.action.choices)]
             return widgets.Dropdown(options=choices, value=value or None, **how)
         text = " ".join(value) if isinstance(value, list | tuple) else "" if value is None else str(value)
         shape = self.action.metavar
@@ -112,8 +110,8 @@ class FileOption(Option):
         self.box.children = (self.field, self.upload, *self.box.children[1:])
 
     def _made(self, label: str, value: Any) -> widgets.Widget:
-        pattern = SHIPPED.get(self.action.dest)
-        self.shipped = {file.name: file for file in _shipped(pattern)} if pattern else {}
+        folder, _, pattern = SHIPPED.get(self.action.dest, "").partition("/")
+        self.shipped = {file.name: file for file in sorted(data(folder).glob(pattern))} if pattern else {}
         if self.action.metavar in NAMED:
             self.shipped = {name: Path(name) for name in NAMED[self.action.metavar]()}
         text = "; ".join(map(str, value)) if isinstance(value, list | tuple) else str(value or "")
@@ -189,11 +187,6 @@ def _written(path: Path, content: bytes) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(path, content)
     return path
-
-
-def _shipped(pattern: str) -> list[Path]:
-    folder, _, names = pattern.partition("/")
-    return sorted(data(folder).glob(names))
 
 
 def options(command: str, values: dict[str, Any]) -> dict[str, Option]:

@@ -53,9 +53,8 @@ class SplinePanel(Shown):
         tip, axis = (each.max() for each in strays(self.kin, self.cl, motion))
         run, machine = through_the_records(self.joints, [motion]), self.kin.machine
         tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
-        seconds = time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut)).seconds[
-            -1
-        ]
+        asked = block_times(machine, run.joints, tips, feeds, run.in_cut)
+        seconds = time_law(machine, run.joints, asked).seconds[-1]
         said = f"tip {tip:.4f} mm, tool axis {np.degrees(axis):.3f}° at most from the CL data, {seconds:.2f} s"
         outside = run.joints[~machine.within(run.joints).all(axis=1)]
         if len(outside):
