@@ -178,4 +178,7 @@ def test_what_a_question_says_is_what_its_check_has(name):
     assert stated == {argument: str(here.arguments[argument]) for argument in here.drawn(random.Random(0))}
     for student in ("Ada", "王芳", "Ben"):
         own = here.of(student)
-        assert own.verdict(own.solution).status == "right" and len(own.mixed_up) == len(here.mixed_up)
+        assert own.verdict(own.solution).status == "right"
+        assert len(own.mixed_up) == len(here.slips) or here.together, (
+            "on some parts of lesson 07c a slip is harmless"
+        )
