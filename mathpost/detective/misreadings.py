@@ -30,7 +30,7 @@ from mathpost.rotation import PASSIVE
 
 ANGLES = "αβγ"
 NOWHERE = (0.0, 0.0, 0.0)
-MEANINGS = read_toml(Path(__file__).with_name("misreadings.toml"))
+MEANINGS, PLACINGS = (read_toml(Path(__file__).with_name(f"{name}.toml")) for name in ("misreadings", "placings"))
 # The keys of a few misreadings of the recipes of source 000.
 COMMON = {
     "active elements": ((2, 1, 0), (-1, -1, -1)),
@@ -110,33 +110,20 @@ def placings(origin: np.ndarray, sequence: str, turned: bool) -> tuple[Factors, 
 
     The point is to be taken relative to it, or if the point itself is `turned`, it is to be added in the end.
     """
-    o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
-    nowhere = {"before": NOWHERE, "after": NOWHERE, "point": "p", "added": ""}
-    less, more = nowhere | {"before": minus, "point": "(p − o)"}, nowhere | {"before": o, "point": "(p + o)"}
-    then_less, then_more = nowhere | {"after": minus, "added": " − o"}, nowhere | {"after": o, "added": " + o"}
-    about = {"before": minus, "point": "(p − o)", "after": o, "added": " + o"}
-    if turned:
-        right, rows = then_more, (
-            ("origin", 1, "the origin is not added", nowhere),
-            ("origin", 1, "the origin is subtracted, not added", then_less),
-            ("centre", 1, "the origin is subtracted first: it is taken for the centre of rotation", about),
-            ("origin", 1.1, "the origin is added before the rotation", more),
-            ("origin", 1.25, "the origin is subtracted before the rotation", less),
-        )  # fmt: skip
-    else:
-        right, rows = less, (
-            ("origin", 1, "the origin is not subtracted", nowhere),
-            ("origin", 1, "the origin is added, not subtracted", more),
-            ("centre", 1, "the origin is added again after the rotation: it is taken for the centre of rotation",
-             about),
-            ("origin", 1.1, "the origin is subtracted after the rotation", then_less),
-            ("origin", 1.25, "the origin is added after the rotation", then_more),
-        )  # fmt: skip
-    start = replace(Factors(sequence), **right)
-    return (
-        start,
-        *(misread(start, Slip(kind, cost, said, setting(**change))) for kind, cost, said, change in rows),
-    )
+
+    def placed(way: dict[str, Any]) -> Factors:
+        before, after = (way.get(when, 0) for when in ("before", "after"))
+        return Factors(
+            sequence,
+            before=tuple((before * origin).tolist()),
+            after=tuple((after * origin).tolist()),
+            point={0: "p", -1: "(p − o)", 1: "(p + o)"}[before],
+            added={0: "", -1: " − o", 1: " + o"}[after],
+        )
+
+    said = PLACINGS["active" if turned else "passive"]
+    wrong = [replace(placed(way), slips=(Slip(way["kind"], way["cost"], way["phrase"]),)) for way in said["wrong"]]
+    return placed(said["right"]), *wrong
 
 
 @lru_cache(maxsize=4)
