@@ -1,4 +1,4 @@
-"""Lessons 00 to 07c: answers as learners type them, right and wrong; the third angle where the control goes."""
+"""Answers as learners type them, right and wrong; the third angle where the control goes."""
 
 import math
 import tomllib
@@ -18,7 +18,7 @@ from mathpost.teaching.course.lesson_data import load
 from mathpost.teaching.course.verdict import EXERCISES, RIGHT, WRONG
 
 TYPED = tomllib.loads(Path(__file__).with_name("typed_answers.toml").read_text(encoding="utf-8"))
-PAIRS = [(name, pair) for name, typed in TYPED.items() for pair in typed["wrong"]]
+PAIRS = [(name, pair) for name, typed in TYPED.items() for pair in typed.get("wrong", ())]
 
 
 def with_column(R, column):
@@ -65,13 +65,13 @@ ELSEWHERE = {"06b-whole", "07-alone", "07c-inverse", "07c-program"}  # programs 
 
 def test_every_exercise_of_these_lessons_is_typed():
     ours = {name for name in EXERCISES if name.split("-")[0] in LESSONS}
-    assert set(TYPED) == ours - ELSEWHERE
-    assert min(len(each["wrong"]) for each in TYPED.values()) >= 7
+    assert set(TYPED) >= ours - ELSEWHERE
+    assert min(len(TYPED[name]["wrong"]) for name in ours - ELSEWHERE) >= 7
 
 
 @pytest.mark.parametrize("name", TYPED)
 def test_right_in_every_usual_form(name):
-    said = {str(answer): str(exercise.judge(name, typed(name, answer))) for answer in TYPED[name]["right"]}
+    said = {str(answer): str(exercise.judge(name, typed(name, answer))) for answer in TYPED[name].get("right", ())}
     assert {answer: why for answer, why in said.items() if f"{name} · {RIGHT}." not in why} == {}
 
 
@@ -133,43 +133,6 @@ def test_forty_faces_by_the_rules_of_the_controls(name):
             assert clearance(name, choice.angles, i, j, THIRD[letter, -side]) == pytest.approx(-1)
             assert np.cos(np.radians(choice.third_angle() - k)) == pytest.approx(1)
     assert seen == {1, -1}
-
-
-def test_the_lessons_own_face_from_a0_c0():
-    """Both rules go to A-54.74 C-45, where K = 0 drives the bar 1 mm into the wall."""
-    tilt = np.degrees(np.arccos(1 / np.sqrt(3)))
-    level = align(Plane("G68.2", [135, tilt, 0]).frame, load("ac_table"))
-    for rule in (positioning.fanuc, positioning.heidenhain):
-        angles = rule(level, (0, 0)).angles
-        assert angles == pytest.approx([-54.7356, -45], abs=1e-4)
-        assert clearance("ac_table", angles, 135, tilt, 0) == pytest.approx(-1)
-        assert clearance("ac_table", angles, 135, tilt, 180) == pytest.approx(1)
-
-
-@pytest.mark.parametrize(
-    ("name", "answer", "said"),
-    [
-        *(
-            ("08-words", answer, RIGHT)
-            for answer in ("AB", "A-30.000 B10.000", ["A-30.", "B10."], "A, B", "B and A")
-        ),
-        *(("08-words", answer, "Not D and E") for answer in ("DE", "D-30. E10.")),
-        *(
-            ("10-sense", answer, RIGHT)
-            for answer in ("Y-120 Z-340", "yc -120, zc -340", [-120, -340], "-120; -340")
-        ),
-        ("10-sense", "X1 Y2", "Expected two numbers"),
-        ("10-square", (0.03, -0.02), "with which the file was simulated"),
-        *(("11-factor", answer, RIGHT) for answer in ("2.92x", "2.92 ×", "2.92 times", 2.92)),
-        *(("12-table", answer, "it is taken away there") for answer in (225, "45", 315.0, "row 180")),
-        *(("12-table", answer, RIGHT) for answer in (135, "135°", 135.0)),
-        ("12-table", 50, "Expected one of 0, 45"),
-        ("12-steps", "3, 4", "there are more"),
-        ("12-steps", [3, 4, 5], "at 5°, much of the ripple is still left"),
-    ],
-)
-def test_answers_of_the_later_lessons_as_they_are_typed(name, answer, said):
-    assert said in str(exercise.judge(name, answer))
 
 
 def test_a_bar_that_is_too_short_is_not_shown_as_long_enough():
