@@ -4,10 +4,10 @@ import argparse
 
 import numpy as np
 
-from tests.benchmarks import calibration, kinematics, lessons, live, pipeline, proved, startup
+from tests.benchmarks import calibration, kinematics, lessons, live, pipeline, startup
 from tests.benchmarks.timing import QUIET, computer, strain
 
-MODULES = (kinematics, startup, pipeline, lessons, live, proved, calibration)
+MODULES = (kinematics, startup, pipeline, lessons, live, calibration)
 PARTS = {part.__name__.rpartition(".")[2]: part for part in MODULES}
 
 

@@ -1,10 +1,6 @@
-"""How often the truth lies within U, and how often a verdict says that the model does not hold: simulated machines.
-
-``python -m tests.compensate.coverage 60`` prints one line for each case: 60 machines of each arrangement.
-"""
+"""How often the truth lies within U, and how often a verdict says that the model does not hold: simulated machines."""
 
 import itertools
-import sys
 import tempfile
 from pathlib import Path
 
@@ -126,12 +122,3 @@ def shares(case, count, seed=4, kinds=("table", "mixed", "head")):
                 doubted.append(bool(doubt))
                 inside += [bool(doubt) or abs(each) <= 1 for each in ratios.values()] or [True]
     return float(np.mean(inside)), float(np.mean(doubted))
-
-
-if __name__ == "__main__":
-    for name, (holds, *_) in CASES.items():
-        inside, doubted = shares(name, int(sys.argv[1]))
-        print(
-            f"{name:36s} {'holds' if holds else 'wrong'}  within U or said {inside:.3f}  said {doubted:.3f}",
-            flush=True,
-        )

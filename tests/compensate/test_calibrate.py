@@ -19,7 +19,6 @@ from mathpost.shop.compensate.estimate import estimate
 from mathpost.shop.compensate.model import constant_errors, read_errors
 from mathpost.shop.compensate.moved import moved
 from mathpost.shop.measure import rotary_axis
-from tests.benchmarks.calibration import once
 from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
 from tests.machines import with_slides
 
@@ -158,16 +157,6 @@ def test_readings_that_contradict_each_other_are_written_only_when_accepted(tmp_
     assert read_errors(tmp_path / "yes/errors.toml", calibrated).curves
 
 
-@arrangements
-def test_most_errors_lie_within_u(arrangement, sign, tmp_path, of):
-    """The small version of the benchmark."""
-    machine, rng = nominal(arrangement, sign), np.random.default_rng(2)
-    results = [once(machine, rng, tmp_path, tip=n < 2) for n in range(of(3, 5))]
-    ratios = np.array([error / u for missed, _, _ in results for error, u in missed.values()])
-    assert (np.abs(ratios) <= 1).mean() > 0.85 and 0.3 < ratios.std() < 0.75
-    assert max(after for _, _, after in results) < 0.05 * max(before for _, before, _ in results)
-
-
 def test_u_is_wide_with_few_spare_readings(write):
     rows = ["angle,R,dial", "0,100,0.0310", "90,100,-0.0212", "180,100,-0.0290", "270,100,0.0201"]
     machine = machines.load("ac_table")
@@ -238,15 +227,6 @@ def test_a_slide_that_carries_the_table_errs_the_other_way(carries, write):
     joints = np.array([50.0, 20, 30, 0.4, 0.7])
     moved = Compensator(found.errors).compensate(joints).joints - joints
     np.testing.assert_allclose(moved, [-0.005, 0, 0, 0, 0], atol=1e-7)
-
-
-@pytest.mark.parametrize("sign", [ISO, AGAINST])
-@pytest.mark.parametrize("method", ["ball", "probe", "dial"])
-def test_each_method_finds_the_table_where_it_is(method, sign, tmp_path):
-    machine = nominal("table", sign)
-    real = Real(machine, {"A": np.zeros(3), "C": np.array([0.03, -0.02, 0])}, {"A": np.zeros(3), "C": np.zeros(3)})
-    found = calibrate(machine, files(real, tmp_path, np.random.default_rng(1), noise=0.0, only=(method,)))
-    assert [found[name].value for name in ("EX0C", "EY0C")] == pytest.approx([0.03, -0.02], abs=1e-6)
 
 
 @pytest.mark.parametrize(("given", "factor"), [("tip", 1), ("block", -1)])
