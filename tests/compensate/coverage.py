@@ -1,4 +1,4 @@
-"""How often the truth lies within U, and how often a verdict says that the model does not hold: simulated machines."""
+"""How often the truth lies within U, and how often a verdict says that the model fails, on simulated machines."""
 
 import itertools
 import tempfile

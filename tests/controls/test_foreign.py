@@ -44,6 +44,7 @@ def test_what_may_move_an_axis_otherwise_is_refused(line):
         ("G20 G52 X1\nG1 X0 F10", [25.4, 0, 5]),
         ("T2 M6\nG0 X1 Y2\nG43 H2 Z3\nG1 X4 F100", [4, 2, 3]),
         ("G68.2 X1 Y0 Z0 I0 J60 K0\nG53.1\nG52 Z10\nG1 X0 Y0 Z0 F100", [1, -10 * ROOT, 10 * HALF]),
+        ("G68.2 X1 Y0 Z0 I0 J60 K0\nG53.1\nG1 X0 Y0 Z10 F100\nG52 Z10\nG1 X5", [6, -10 * ROOT, 10 * HALF]),
     ],
 )
 def test_where_a_line_leads(lines, expected):
@@ -129,6 +130,9 @@ def test_an_arc_keeps_its_radius_and_its_sense():
     np.testing.assert_allclose(np.hypot(*arc[:, :2].T), 10, atol=1e-9)
     assert (arc[:-1, 1] > 0).all()
     np.testing.assert_allclose(np.interp(7, arc[:, 2], arc[:, 0]), -10)
+    for radius, centre in (("R10", (0, 0)), ("R-10", (10, -10))):  # a quarter, or three
+        arc = ends(f"{START}G2 X0 Y-10 {radius} F100\nM30\n")[1].blocks.words[3:]
+        np.testing.assert_allclose(np.hypot(*(arc[:, :2] - centre).T), 10, atol=1e-9)
 
 
 def test_klartext_plane_cycle_and_shift():
@@ -326,6 +330,12 @@ def test_offsets_and_lengths_are_asked_for():
     np.testing.assert_allclose(found[6], np.subtract([7, 8, 9], AC.origin))
     placed, _ = ends("G21 G90\nG1 X4 F100\nM30\n", start={"X": 1, "Y": 2, "Z": 3, "A": 0, "C": 0})
     np.testing.assert_allclose(placed[2], [4, 2, 3])
+    shifted, _ = ends(
+        "G21 G90\nG54\nG1 X4 F100\nM30\n", start=dict(X=1, Y=2, Z=3, A=0, C=0), offsets={"G54": (7, 8, 9)}
+    )
+    np.testing.assert_allclose(
+        shifted[3], np.add([4, 2, 3], [0, *np.subtract(AC.origin, [7, 8, 9])[1:]])
+    )  # the slides stand
     tools = f"T1 M6\n{START}T2 M6\nG0 X0 Y0 Z0 A0 C0\nM30\n"
     with pytest.raises(InputError, match="line 5: expected the length of tool 2"):
         ends(tools, lengths={})
