@@ -17,9 +17,6 @@ class Samples:
     nose: np.ndarray
     angles: np.ndarray
 
-    def of(self, mask):
-        return Samples(*(getattr(self, name)[mask] for name in self.__dataclass_fields__))
-
 
 def sample(model, moves, least=2, turn=1.0, most=400):
     """Cut moves so that no rotary axis turns by more than `turn` degrees between samples, ends included."""
@@ -201,17 +198,3 @@ def depth_in_tool(points, tip, axis, radius, length):
     off = np.linalg.norm(from_tip - height[:, None] * axis, axis=1)
     inside = np.minimum(np.minimum(height, length - height), radius - off)
     return max(0.0, float(inside.max())) if len(inside) else 0.0
-
-
-def clear(model, joints_path, touched_points, radius, length, tool_length=None, slack=1e-6):
-    """Whether a cylinder of this radius and length, its end at the tip, meets a touched point on the way.
-
-    `joints_path` holds (nose, angles) pairs. Returns the greatest depth, mm, and its index; (0, None) is clear.
-    """
-    worst = (0.0, None)
-    for n, (nose, angles) in enumerate(joints_path):
-        tip, axis = model.place(nose, angles, tool_length)
-        depth = depth_in_tool(touched_points, tip, axis, radius, length)
-        if depth > max(worst[0], slack):
-            worst = (depth, n)
-    return worst

@@ -1,12 +1,12 @@
 """HEIDENHAIN Klartext (conversational programs).
 
-Written from: TNC 640 / TNC 620 User's Manuals (34059x, 34056x), Klartext: "Path functions" (L, CC, C, CR, CP; FMAX
-holds for its block, then the last F again), "Feed rate F" (FT in seconds, for its block; FU, FZ), "Multiple axis
-machining" (M116: without it F of a rotary axis is in degrees a minute; M126; M128: the tip keeps its place on the
-workpiece, coordinates turn with the table, reset before M91 and TOOL CALL; PLANE SPATIAL; FUNCTION TCPM),
-"Miscellaneous functions" (M91, M140), "Cycles" (7 datum shift, 9 dwell, 200, 247). Assumed, as these manuals do
-not say it: without M128, F of a block of X Y Z *and* rotary axes adds mm and degrees, as on Fanuc; under M128, F of
-a block that only turns is in degrees a minute.
+Written from: TNC 640 / TNC 620 User's Manuals (34059x, 34056x), Klartext: "Path functions" (L, CC, C, CP; FMAX
+holds for its block, then the last F again), "Feed rate F" (FT in seconds, for its block), "Multiple axis machining"
+(M116: without it F of a rotary axis is in degrees a minute; M128: the tip keeps its place on the workpiece,
+coordinates turn with the table, reset before M91 and TOOL CALL; PLANE SPATIAL), "Miscellaneous functions" (M91),
+"Cycles" (9 dwell, 200, 201, 203, 207, 247). Assumed, as these manuals do not say it: without M128, F of a block of
+X Y Z *and* rotary axes adds mm and degrees, as on Fanuc; under M128, F of a block that only turns is in degrees a
+minute.
 """
 
 import math
@@ -17,7 +17,7 @@ from .machine_model import rotation
 from .reader import Control
 from .words import number_end
 
-PATHS = ("L", "C", "CR", "CP", "CT", "LP", "LN")
+PATHS = ("L", "C", "CP")
 IDLE = {0, 1, 3, 4, 5, 6, 7, 8, 9, 13, 14, 10, 11, 25, 26, 116, 117, 120, 107, 108, 118, 124, 138, 144, 145, 148}
 SPINDLES = {3: 3, 4: 4, 5: 5, 13: 3, 14: 4}
 
@@ -26,32 +26,14 @@ class Klartext(Control):
     def __init__(self, setup):
         super().__init__(setup)
         self.length_on = True  # TOOL CALL sets the length off by itself
-        self.shorter_way = False
         self.centre = np.full(3, np.nan)
         self.parameters = {}
         self.cycle = None
-        self.carried = ""  # a block continued with ~
-
-    def finish(self):
-        if self.carried:
-            self.refuse("a block that goes on after ~, and the program ends")
 
     def block(self, line):
-        text = line.split(";", 1)[0].strip()
-        if text.startswith("*"):
-            return
-        text = self.carried + " " + text if self.carried else text
-        if text.endswith("~"):
-            self.carried = text[:-1].strip()
-            return
-        self.carried = ""
-        words = text.split()
+        words = line.split(";", 1)[0].split()
         if words and words[0].isdigit():
             words = words[1:]
-        if words and words[0] == "/":
-            words = words[1:]
-            if self.setup.optional_skip:
-                return
         if words:
             self.words(words)
 
@@ -72,60 +54,28 @@ class Klartext(Control):
             self.call()
         elif name == "PLANE":
             self.tilt(words[1:])
-        elif name == "FN":
-            self.assign(words[1:])
-        elif name == "FUNCTION":
-            self.function(words[1:])
-        elif name == "STOP" or (name == "LBL" and words[1:] == ["0"]):
-            self.miscellaneous(self.codes(words[1:])) if name == "STOP" else None
         elif name == "CC":
             self.pole(words[1:])
         elif name in PATHS:
             self.path(name, words[1:])
         elif name[0] == "M" and name[1:].isdigit():
             self.miscellaneous(self.codes(words))
-        elif name[0] in "XYZABC" and len(name) > 1:
-            self.refuse("a position without L")  # positioning blocks parallel to an axis: not read here
         else:
             self.refuse(f"{words[0]} begins no block that is read here")
 
     # Values.
 
     def number(self, text):
-        if text[:1] == "Q" or text[:2] in ("+Q", "-Q"):
-            sign = -1.0 if text[0] == "-" else 1.0
-            key = text.lstrip("+-")
-            if key not in self.parameters:
-                self.refuse(f"{key} has no value")
-            return sign * self.parameters[key]
         if not text or number_end(text, 0) != len(text):
             self.refuse(f"{text!r} is no number")
         return float(text)
 
-    def assign(self, words):
-        """FN 0: Q5 = +10, and the four operations FN 1 to FN 4."""
-        text = " ".join(words).replace(":", " ").replace("=", " ").split()
-        kind, key = text[0], text[1]
-        values = [self.number(word) for word in text[2:] if number_end(word, 0) == len(word) or "Q" in word]
-        if kind == "0" and len(values) == 1:
-            self.parameters[key] = values[0]
-        elif kind in ("1", "2", "3", "4") and len(values) == 2:
-            a, b = values
-            self.parameters[key] = {"1": a + b, "2": a - b, "3": a * b, "4": a / b if b else math.nan}[kind]
-        else:
-            self.refuse(f"FN {kind} is not read here")
-
     def codes(self, words):
-        """M functions of a block with what belongs to them, in order."""
-        found = []
+        """The M functions of a block, in order."""
         for word in words:
-            if word[0] in "Mm" and word[1:].isdigit():
-                found.append((int(word[1:]), []))
-            elif found:
-                found[-1][1].append(word)
-            else:
+            if word[0] not in "Mm" or not word[1:].isdigit():
                 self.refuse(f"{word!r} is not read here")
-        return found
+        return [int(word[1:]) for word in words]
 
     # Blocks.
 
@@ -139,34 +89,14 @@ class Klartext(Control):
             key, value = word[0].upper(), word[1:]
             if key == "S":
                 self.speed = self.number(value)
-            elif key == "F":
-                self.called_feed = self.number(value) * self.unit
-            elif word[:2].upper() in ("DL", "DR"):
-                if self.number(word[2:].lstrip("2:")):
-                    self.refuse("a delta of the tool is not read here")
             elif word.upper() not in ("X", "Y", "Z"):
                 self.refuse(f"{word!r} in TOOL CALL")
-
-    def function(self, words):
-        text = " ".join(words).upper()
-        if text.startswith("TCPM"):
-            if "AXIS POS" not in text or "F TCP" not in text:
-                self.refuse("FUNCTION TCPM other than F TCP AXIS POS is not read here")
-            self.follow(True)
-        elif text == "RESET TCPM":
-            self.follow(False)
-        elif text.startswith("DWELL TIME"):
-            self.dwell(self.number(words[2].lstrip("TIME") if len(words) > 2 else words[1][4:]))
-        else:
-            self.refuse(f"FUNCTION {text} is not read here")
 
     def follow(self, on):
         self.tcp = on
         self.update()
 
     def pole(self, words):
-        if not words:
-            self.centre = self.at.copy()
         for word in words:
             incremental = word[0] == "I"
             letter = word[1 if incremental else 0].upper()
@@ -176,16 +106,13 @@ class Klartext(Control):
 
     def path(self, name, words):
         target, angles = self.at.copy(), self.turned.copy()
-        feed, rapid, seconds, radius, clockwise, swept = None, False, None, None, None, None
+        feed, rapid, seconds, clockwise, swept = None, False, None, None, None
         slides = np.full(3, np.nan)
         moved = False
         rest = []
         n = 0
         while n < len(words):
             word = words[n].upper()
-            if word in ("F", "R") and n + 1 < len(words):  # F MAX, R 5
-                n += 1
-                word += words[n].upper()
             if word[0] == "M" and word[1:].isdigit():
                 rest = words[n:]
                 break
@@ -194,16 +121,12 @@ class Klartext(Control):
                 self.compensation = {"R0": 40, "RL": 41, "RR": 42}[word]
             elif word == "FMAX":
                 rapid = True
-            elif word == "FAUTO":
-                self.feed = self.called_feed
             elif word.startswith("FT"):
                 seconds = self.number(word[2:])
             elif word.startswith("F"):
                 feed = self.number(word[1:]) * self.unit
             elif word in ("DR+", "DR-"):
                 clockwise = word == "DR-"
-            elif word.startswith("R") and name == "CR":
-                radius = self.number(word[1:]) * self.unit
             elif word.startswith("IPA") or word.startswith("PA"):
                 swept = (word[0] == "I", self.number(word.lstrip("IPA")))
             elif letter in "XYZ":
@@ -215,7 +138,7 @@ class Klartext(Control):
             elif letter in self.model.letters:
                 k = self.model.letters.index(letter)
                 value = self.number(word[2:] if word[0] == "I" else word[1:])
-                angles[k] = self.turned[k] + value if word[0] == "I" else self.shorter(k, value)
+                angles[k] = self.turned[k] + value if word[0] == "I" else value
                 moved = True
             else:
                 self.refuse(f"{words[n]!r} in a path block")
@@ -223,31 +146,21 @@ class Klartext(Control):
         if feed is not None:
             self.feed = feed
         codes = self.codes(rest)
-        machine = any(code == 91 for code, _ in codes)
-        retract = any(code == 140 for code, _ in codes)
-        self.miscellaneous([entry for entry in codes if entry[0] not in (91, 99, 140)], before=True)
-        if any(code in (128, 129) for code, _ in codes):  # from the start of its block on
-            target = np.where([not np.isnan(s) for s in slides], target, self.at)
+        self.miscellaneous([code for code in codes if code != 91])
         kind = "rapid" if rapid else "feed"
-        more = {} if seconds is None else {"seconds": seconds, "law": "FT"}
-        if machine:
+        more = {} if seconds is None else {"seconds": seconds}
+        if 91 in codes:
             if self.tcp:
                 self.refuse("M91 while M128 is active: reset it first")
             self.go_slides(kind, slides, angles, **more)
         elif name == "L":
             if moved:
                 self.go(kind, target, angles, **more)
-        elif name == "CR":
-            self.need(clockwise is not None and radius is not None, "CR needs R and DR")
-            self.arc_to(target, angles, clockwise, radius=radius, kind=kind)
         elif name in ("C", "CP"):
             self.need(clockwise is not None and not np.isnan(self.centre[:2]).all(), f"{name} needs CC and DR")
             self.around(name, target, angles, clockwise, swept, kind)
         else:
             self.refuse(f"{name} is not read here")
-        self.miscellaneous([entry for entry in codes if entry[0] == 140] if retract else [])
-        if any(code == 99 for code, _ in codes):
-            self.call()
 
     def need(self, holds, why):
         if not holds:
@@ -268,25 +181,12 @@ class Klartext(Control):
             turns = int(abs(sweep) / 360 - 1e-9)
         self.arc_to(target, angles, clockwise, centre=self.centre, turns=turns, kind=kind)
 
-    def shorter(self, k, value):
-        """M126: the shorter way of an axis without ends; else as written."""
-        now = self.turned[k]
-        if not self.shorter_way or math.isfinite(self.model.travel[self.model.letters[k]][0]) or math.isnan(now):
-            return value
-        return now + (value - now + 180.0) % 360.0 - 180.0
-
-    def miscellaneous(self, codes, before=False):
-        for code, words in codes:
+    def miscellaneous(self, codes):
+        for code in codes:
             if code in (128, 129):
                 self.follow(code == 128)
-            elif code in (126, 127):
-                self.shorter_way = code == 126
             elif code in (2, 30):
                 self.ended = False  # END PGM follows
-            elif code == 140:
-                self.withdraw(words)
-            elif code == 99:
-                self.call()
             elif code in SPINDLES:
                 self.spindle = SPINDLES[code]
                 self.coolant = self.coolant | {8} if code > 9 else self.coolant
@@ -296,34 +196,6 @@ class Klartext(Control):
                 self.coolant = frozenset()
             elif code not in IDLE:
                 self.refuse(f"M{code} is not read here")
-            if words and code not in (128, 140) and not before:
-                self.refuse(f"{words} after M{code}")
-
-    def withdraw(self, words):
-        """M140 MB: away along the tool axis, by a length or (MAX) to the end of travel."""
-        text = "".join(words).upper()
-        self.need(text.startswith("MB"), "M140 needs MB")
-        amount, _, feed = text[2:].partition("F")
-        if amount == "MAX":
-            feed = feed if feed else "MAX"
-            amount = ""
-        elif text[2:5] == "MAX":
-            amount = ""
-        axis = self.model.head(self.turned)[0] @ self.model.tool_axis
-        start = self.model.slides(self.nose)
-        if amount:
-            distance = self.number(amount) * self.unit
-        else:
-            ends = []
-            for n, letter in enumerate("XYZ"):
-                if abs(axis[n]) > 1e-9:
-                    end = self.model.travel[letter][1 if axis[n] > 0 else 0]
-                    ends.append((end - start[n]) / axis[n])
-            distance = min(ends)
-        rapid = not feed or feed == "MAX"
-        if not rapid:
-            self.feed = self.number(feed) * self.unit
-        self.go_slides("rapid" if rapid else "feed", start + distance * axis, self.turned)
 
     # Tilted planes and cycles.
 
@@ -344,24 +216,14 @@ class Klartext(Control):
         )
         self.plane = (turn, np.zeros(3))
         self.update()
-        if "STAY" in text:
-            return None
         found = self.model.angles_for(turn[:, 2], self.turned)
         self.need(bool(found), "the plane is out of reach")
-        self.need("MOVE" in text or "TURN" in text, "PLANE needs MOVE, TURN or STAY")
-        self.need("MOVE" not in text, "PLANE … MOVE is not read here")
+        self.need("TURN" in text, "PLANE without TURN is not read here")
         return self.go("rapid", self.at, found[0])
 
     def define(self, words):
         number = words[0].split(".")
-        if number[0] == "7":
-            if len(number) > 1 and number[1] != "0":
-                for word in words[1:]:
-                    if word[0] in "XYZ":
-                        self.shift = self.shift.copy()
-                        self.shift["XYZ".index(word[0])] = self.number(word[1:]) * self.unit
-                self.update()
-        elif number[0] == "9":
+        if number[0] == "9":
             if words[0] == "9.1":
                 self.dwell(self.number(words[-1]))
         elif number[0] in ("247", "200", "201", "203", "207", "32"):

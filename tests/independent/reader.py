@@ -4,8 +4,7 @@
 line. The two families of dialects are in `word_address` and `klartext`; this file has what they share.
 
 Coordinates of a block go through three frames: *program* (as written: shift, tilted plane), *space* (`"machine"`:
-words without TCP, parallel to the slides; `"workpiece"`: the tip, under TCP or on a tilted plane; `"turned"`: Haas
-G254, parallel to the slides, the origin carried by the table), and the slides.
+words without TCP, parallel to the slides; `"workpiece"`: the tip, under TCP or on a tilted plane), and the slides.
 """
 
 import copy
@@ -28,10 +27,7 @@ class Setup:
     lengths: dict = field(default_factory=dict)  # tool or H number: length; else the machine file's
     offsets: dict = field(default_factory=dict)  # "G55": shift of its origin from the machine file's
     length_on: bool = False  # G43 was given before the program (a program without a head)
-    optional_skip: bool = False
     start: tuple | None = None  # nose and angles before the first block; unknown without
-    fanuc_turns_at_maximum: bool = False  # parameter 19696#6 RFC = 0: a turn about the tip ignores F
-    reference: tuple = (0.0, 0.0, 0.0)  # of G28, machine coordinates
 
 
 @dataclass
@@ -47,7 +43,6 @@ class Move:
     tool_length: float
     named_length: float  # the length that the words take off: 0 without G43
     seconds: float | None  # by F; None for a rapid
-    law: str  # how F gave them
     feed: float | None
     cycle: bool
     tcp: bool
@@ -63,14 +58,6 @@ class Move:
             return self.curve(t)
         return model.nose_for(self.curve(t), self.angles(t), self.tool_length)
 
-    def joints(self, model, t):
-        """X Y Z as words without TCP, and the rotary angles in degrees."""
-        return np.r_[model.words(self.nose(model, t), self.named_length), self.angles(t)]
-
-    def place(self, model, t):
-        """Tip and tool axis in the workpiece."""
-        return model.place(self.nose(model, t), self.angles(t), self.tool_length)
-
 
 def _line(a, b):
     return lambda t: a + t * (b - a)
@@ -79,7 +66,7 @@ def _line(a, b):
 class Control:
     """State and geometry; a dialect translates its blocks into calls of the methods here."""
 
-    turn_law = "degrees"  # what F means under TCP where the tip stands still
+    adds_degrees = True  # whether F of X Y Z and rotary axes counts both as one unit
 
     def __init__(self, setup):
         model = setup.model
@@ -95,7 +82,6 @@ class Control:
         self.tool_length = model.length
         self.length_on = setup.length_on
         self.tcp = False
-        self.turned_offset = False  # Haas G254
         self.plane = None  # (rotation, origin) of a tilted plane in the workpiece
         self.plane_number = 17
         self.base = np.zeros(3)  # work offset less the machine file's origin
@@ -125,9 +111,7 @@ class Control:
 
     @property
     def space(self):
-        if self.tcp or self.plane is not None:
-            return "workpiece"
-        return "turned" if self.turned_offset else "machine"
+        return "workpiece" if self.tcp or self.plane is not None else "machine"
 
     def to_space(self, point):
         point = np.asarray(point, dtype=float)
@@ -146,27 +130,17 @@ class Control:
     def nose_at(self, point, angles):
         """The nose for a point of the program."""
         point = self.to_space(point)
-        space = self.space
-        if space == "machine":
-            return self.model.nose_of_words(point, self.named_length)
-        if space == "turned":
-            table, carried = self.model.table(angles)
-            point = table @ self.model.origin + carried + point - self.model.origin
+        if self.space == "machine":
             return self.model.nose_of_words(point, self.named_length)
         return self.model.nose_for(point, angles, self.tool_length)
 
     def update(self):
         """The program's own coordinates after anything but a move changed what they mean."""
-        space = self.space
-        if space == "workpiece":
+        if self.space == "workpiece":
             point = self.model.place(self.nose, self.turned, self.tool_length)[0]
         else:
             point = self.model.words(self.nose, self.named_length)
-            if space == "turned":
-                table, carried = self.model.table(self.turned)
-                point = point - (table @ self.model.origin + carried - self.model.origin)
-        known = self.from_space(point)
-        self.at = known
+        self.at = self.from_space(point)
 
     def change_tool(self, number):
         """A tool in the spindle: its length acts at once on the tip, on the words only where they name it."""
@@ -200,7 +174,7 @@ class Control:
             space, path = "slides", _line(self.nose, nose)
         self.emit(kind, space, path, self.turned, turned, length=length, arc=arc, **more)
         self.nose, self.turned, self.at = nose, turned, end
-        if self.space in ("turned", "workpiece") and not self.tcp:
+        if self.space == "workpiece" and not self.tcp:
             self.update()
 
     def go_slides(self, kind, slides, angles, **more):
@@ -215,11 +189,11 @@ class Control:
 
     def dwell(self, seconds):
         nose = self.nose
-        self.emit("dwell", "slides", lambda t: nose, self.turned, self.turned, seconds=seconds, law="dwell")
+        self.emit("dwell", "slides", lambda t: nose, self.turned, self.turned, seconds=seconds)
 
-    def emit(self, kind, space, path, start, end, length=0.0, seconds=None, law=None, arc=False, feed=None):
+    def emit(self, kind, space, path, start, end, length=0.0, seconds=None, arc=False, feed=None):
         if kind == "feed" and seconds is None:
-            seconds, law = self.feed_seconds(length, end - start, feed)
+            seconds = self.feed_seconds(length, end - start, feed)
         modal = {
             "tool": self.tool, "speed": self.speed, "spindle": self.spindle, "coolant": self.coolant,
             "plane": self.plane_number, "tilted": self.plane is not None, "compensation": self.compensation,
@@ -229,61 +203,36 @@ class Control:
         self.moves.append(
             Move(
                 self.line, kind, space, path, start, end, self.tool_length, self.named_length, seconds,
-                law or "rapid", used, self.in_cycle, self.tcp, modal, arc, self.text,
+                used, self.in_cycle, self.tcp, modal, arc, self.text,
             )
         )  # fmt: skip
 
     # Feed.
 
     def feed_seconds(self, length, turn, feed=None):
-        """Seconds that F asks for, and by which rule."""
+        """Seconds that F asks for."""
         feed = self.feed if feed is None else feed
         if feed is None or not feed > 0:
             self.refuse("a feed move without a feed")
         if self.feed_mode == 93:
-            return 60.0 / feed, "inverse time"
-        if self.feed_mode == 95:
-            if not self.speed:
-                self.refuse("feed per revolution without a spindle speed")
-            feed = feed * self.speed
+            return 60.0 / feed
         turned = float(np.sqrt(np.nansum(np.square(turn))))
-        if self.tcp:
-            if length > 1e-6:
-                return 60.0 * length / feed, "along the tip"
-            if self.turn_law == "maximum" or self.setup.fanuc_turns_at_maximum:
-                return None, "greatest rate"
-            return 60.0 * turned / feed, "degrees a minute"
-        return self.joint_seconds(length, turned, feed)
-
-    def joint_seconds(self, length, turned, feed):
-        """Without TCP: Fanuc adds millimetres and degrees as if they were one unit (B-63174EN, 4.2)."""
-        if turned < 1e-9:
-            return 60.0 * length / feed, "along the slides"
-        if length < 1e-9:
-            return 60.0 * turned / feed, "degrees a minute"
-        return 60.0 * math.hypot(length, turned) / feed, "millimetres and degrees"
+        if length < (1e-6 if self.tcp else 1e-9):
+            return 60.0 * turned / feed
+        # Without TCP Fanuc adds millimetres and degrees as if they were one unit (B-63174EN, 4.2).
+        added = turned if self.adds_degrees and not self.tcp else 0.0
+        return 60.0 * math.hypot(length, added) / feed
 
     # Arcs and holes.
 
-    def arc_to(self, target, angles, clockwise, *, centre=None, radius=None, turns=0, kind="feed"):
-        """An arc or helix in the selected plane; `centre` in program coordinates, or a signed `radius`."""
+    def arc_to(self, target, angles, clockwise, *, centre, turns=0, kind="feed"):
+        """An arc or helix in the selected plane; `centre` in program coordinates."""
         u, v, w = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[self.plane_number]
         a, b = self.at, np.asarray(target, dtype=float)
         if np.isnan(a).any() or np.isnan(b).any():
             self.refuse("an arc from a position that is not known")
         chord = np.array([b[u] - a[u], b[v] - a[v]])
-        if centre is None:
-            size = np.linalg.norm(chord)
-            if size < 1e-9 or size > 2 * abs(radius) + RADIUS_SLACK:
-                self.refuse(f"no arc of radius {radius} between these points")
-            height = math.sqrt(max(radius**2 - size**2 / 4, 0.0))
-            left = np.array([-chord[1], chord[0]]) / size
-            side = (
-                1.0 if (radius > 0) != clockwise else -1.0
-            )  # a short arc counterclockwise has its centre on the left
-            middle = np.array([a[u] + b[u], a[v] + b[v]]) / 2 + side * height * left
-        else:
-            middle = np.array([centre[u], centre[v]])
+        middle = np.array([centre[u], centre[v]])
         from_ = np.array([a[u], a[v]]) - middle
         to = np.array([b[u], b[v]]) - middle
         r0, r1 = np.linalg.norm(from_), np.linalg.norm(to)
@@ -349,5 +298,4 @@ def read(text, dialect, setup):
                 control.refuse("a block after the end of the program")
             continue
         control.block(line)
-    control.finish()
     return control.moves

@@ -3,14 +3,14 @@
 Written from
 - Fanuc: Series 30i/31i/32i User's Manual B-63944EN (G codes of machining centres, group table; canned cycles;
   G53.1, G68.2); "Tool center point control for 5-axis machining", A-79348E (parameter 19696: WKP, coordinates fixed
-  to the table; RFC, the feed of a block that only turns about the tip); Power Mate i Operator's Manual
+  to the table); Power Mate i Operator's Manual
   B-63174EN/03, 4.2: `G01 X20.0 C40.0 F300.0` takes √(20² + 40²)/300 min, mm and degrees added as one unit.
-- Haas: Mill Operator's Manual, G93 (F in strokes a minute, in each block), G234, G254.
-- Mazak: as Fanuc (SMOOTH, EIA/ISO programs, G43.4 and G43.5, G68.2).
+- Haas: Mill Operator's Manual, G93 (F in strokes a minute, in each block), G234.
+- Mazak: as Fanuc (SMOOTH, EIA/ISO programs, G43.4, G68.2).
 - LinuxCNC: documentation "G Codes", after NISTIR 6556 (2000) 2.1.2.5: F counts X Y Z alone if one of them moves,
   else degrees. TCP is switched as the simulated machine of the project does: M68 E3 Q1, then M66 E0 L0.
-- Siemens: SINUMERIK 840D sl Programming Manual Fundamentals 6FC5398-1BP40-2BA0 (09/2011), chapter 6: G93 in 1/min,
-  FGROUP (by default the geometry axes), FGREF; Job Planning: TRAORI, CYCLE800.
+- Siemens: SINUMERIK 840D sl Programming Manual Fundamentals 6FC5398-1BP40-2BA0 (09/2011), chapter 6: G93 in 1/min;
+  Job Planning: TRAORI, CYCLE800.
 """
 
 import numpy as np
@@ -25,26 +25,25 @@ GROUPS = (
     ("motion", (*MOTIONS, *CYCLES, 80)),
     ("plane", (17, 18, 19)),
     ("distance", (90, 91)),
-    ("feed", (93, 94, 95)),
+    ("feed", (93, 94)),
     ("unit", (20, 21)),
     ("compensation", (40, 41, 42)),
-    ("length", (43, 49, 43.4, 43.5, 234)),
+    ("length", (43, 49, 43.4, 234)),
     ("return", (98, 99)),
     ("offset", (54, 55, 56, 57, 58, 59)),
     ("tilt", (68.2, 69)),
-    ("dynamic", (254, 255)),
     ("path", (61, 64)),
-    ("once", (4, 28, 53, 53.1, 52, 5.1, 187)),
+    ("once", (4, 53, 53.1, 5.1, 187)),
 )
-COMMON = {0, 1, 2, 3, 4, 17, 18, 19, 28, 40, 41, 42, 43, 49, 53, 54, 55, 56, 57, 58, 59, 61, 64, 73, 74, 80, 81,
+COMMON = {0, 1, 2, 3, 4, 17, 18, 19, 40, 41, 42, 43, 49, 53, 54, 55, 56, 57, 58, 59, 61, 64, 73, 74, 80, 81,
           82, 83, 84, 85, 86, 89, 90, 91, 93, 94, 98, 99, 20, 21}  # fmt: skip
 TAKES = {
-    "fanuc": COMMON | {95, 43.4, 43.5, 68.2, 69, 53.1, 52, 5.1},
-    "mazak": COMMON | {95, 43.4, 43.5, 68.2, 69, 53.1, 52, 5.1},
-    "haas": COMMON | {95, 234, 254, 255, 187, 52},
-    "linuxcnc": COMMON | {95},
-    "siemens": {0, 1, 2, 3, 4, 17, 18, 19, 40, 41, 42, 53, 54, 55, 56, 57, 60, 64, 70, 71, 90, 91, 93, 94, 95, 153,
-                500, 601, 602, 641, 642, 700, 710},
+    "fanuc": COMMON | {43.4, 68.2, 69, 53.1, 5.1},
+    "mazak": COMMON | {43.4, 68.2, 69, 53.1, 5.1},
+    "haas": COMMON | {234, 187},
+    "linuxcnc": COMMON,
+    "siemens": {0, 1, 2, 3, 4, 17, 18, 19, 40, 41, 42, 53, 54, 55, 56, 57, 60, 64, 70, 71, 90, 91, 93, 94, 153, 601,
+                602, 641, 642, 700, 710},
 }  # fmt: skip
 AUXILIARY = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 19, 30, 32, 33}  # 10/11, 32/33 …: clamps, of the machine builder
 ADDRESSES = set("XYZABCUVWIJKRFSTHDPQLNGM")
@@ -54,25 +53,16 @@ class WordAddress(Control):
     def __init__(self, setup, dialect):
         self.dialect = dialect
         super().__init__(setup)
-        self.turn_law = "degrees"
         self.motion = None
         self.cycle = {}
         self.to_initial = True  # G98
         self.initial = None
         self.pending = None  # the tool that T made ready
-        self.vector = False  # G43.5: I J K are the tool axis
-
-    def finish(self):
-        """Nothing is left open at the end."""
 
     def words(self):
         brackets = self.dialect in ("fanuc", "haas", "mazak", "linuxcnc")
         text = without_comments(self.text, self.line, brackets, self.dialect in ("linuxcnc", "siemens"))
         text = text.strip()
-        if text.startswith("/"):
-            text = text[1:].lstrip("0123456789") if text[1:2].isdigit() else text[1:]
-            if self.setup.optional_skip:
-                return []
         if not text or text.startswith("%"):
             return []
         if text[0] in "Oo" and self.dialect in ("fanuc", "haas", "mazak"):
@@ -124,14 +114,8 @@ class WordAddress(Control):
             return self.dwell(self.pause(values))
         if once in (5.1, 187):
             return None
-        if once == 52:
-            self.shift = np.array([values.get(letter, 0.0) for letter in "XYZ"]) * self.unit
-            return self.update()
         if "length" in groups:
             self.length(groups["length"], values)
-        if "dynamic" in groups:
-            self.turned_offset = groups["dynamic"] == 254
-            self.update()
         if "tilt" in groups:
             self.tilt(groups["tilt"], values)
             return None
@@ -141,13 +125,9 @@ class WordAddress(Control):
             self.motion = groups["motion"]
             if self.motion not in CYCLES:
                 self.initial = None  # the next cycle comes out to where it begins
-        if once == 28:
-            return self.home(values)
         if once == 53:
             return self.machine_move(values)
         moves = any(letter in values for letter in "XYZABC")
-        if self.vector and any(letter in values for letter in "IJK") and self.motion in (0, 1):
-            moves = True
         if moves or (self.motion in (2, 3) and ("I" in values or "J" in values or "K" in values)):
             self.travel(values)
         return None
@@ -225,7 +205,7 @@ class WordAddress(Control):
 
     def length(self, code, values):
         if code == 49:
-            self.length_on = self.tcp = self.vector = False
+            self.length_on = self.tcp = False
             return self.update()
         if code != 234 or "H" in values:
             number = values.get("H", self.tool if self.dialect == "linuxcnc" else None)
@@ -235,8 +215,7 @@ class WordAddress(Control):
         elif not self.length_on:
             self.refuse("G234 without H")
         self.length_on = True
-        self.tcp = code in (43.4, 43.5, 234)
-        self.vector = code == 43.5
+        self.tcp = code in (43.4, 234)
         return self.update()
 
     def tilt(self, code, values):
@@ -278,17 +257,6 @@ class WordAddress(Control):
                 angles[n] = values[letter] if self.absolute else self.turned[n] + values[letter]
         return target, angles
 
-    def home(self, values):
-        """G28: by the intermediate point that the block names, then to the reference position."""
-        named = [letter for letter in "XYZ" if letter in values]
-        target, angles = self.targets(values)
-        self.go("rapid", target, angles)
-        slides = np.array(
-            [self.setup.reference[n] if letter in named else np.nan for n, letter in enumerate("XYZ")]
-        )
-        angles = [0.0 if letter in values else self.turned[n] for n, letter in enumerate(self.model.letters)]
-        self.go_slides("rapid", slides, angles)
-
     def machine_move(self, values):
         if not self.absolute:
             self.refuse("G53 under G91")
@@ -307,34 +275,20 @@ class WordAddress(Control):
         if self.motion in CYCLES:
             return self.hole(values)
         if self.motion == 0:
-            if self.vector:
-                angles = self.from_vector(values, angles)
             return self.go("rapid", target, angles)
         if self.feed_mode == 93 and not self.fresh_feed:
             self.refuse("inverse time without F in this block")
         if self.motion == 1:
-            if self.vector:
-                angles = self.from_vector(values, angles)
             return self.go("feed", target, angles)
-        if "R" in values:
-            return self.arc_to(target, angles, self.motion == 2, radius=values["R"] * self.unit)
         centre = self.at.copy()
         if not any(letter in values for letter in "IJK"):
-            self.refuse("an arc without centre and radius")
+            self.refuse("an arc without its centre")
         for n, letter in enumerate("IJK"):
             centre[n] += values.get(letter, 0.0) * self.unit
         return self.arc_to(target, angles, self.motion == 2, centre=centre)
 
-    def from_vector(self, values, angles):
-        if not any(letter in values for letter in "IJK"):
-            return angles
-        found = self.model.angles_for([values.get(letter, 0.0) for letter in "IJK"], self.turned)
-        if not found:
-            self.refuse("the tool vector is out of reach")
-        return found[0]
-
     def hole(self, values):
-        """Canned cycles; R and Z are levels in G90, steps in G91; Q, P, F stay."""
+        """Canned cycles; R and Z are levels; Q, P, F stay."""
         w = {17: 2, 18: 1, 19: 0}[self.plane_number]
         letter = "XYZ"[w]
         if self.initial is None or self.initial[0] != self.motion:
@@ -348,28 +302,20 @@ class WordAddress(Control):
         if self.feed_mode == 93:
             self.refuse("a cycle in inverse time")
         target, angles = self.targets({key: value for key, value in values.items() if key != letter})
-        if not np.array_equal(angles, self.turned, equal_nan=True):
-            self.go("rapid", target, angles)
-        level = self.initial[1]
-        clearance = self.cycle["R"] * self.unit + (0 if self.absolute else level)
-        depth = self.cycle[letter] * self.unit + (0 if self.absolute else clearance)
+        if not self.absolute or not np.array_equal(angles, self.turned, equal_nan=True):
+            self.refuse("a cycle in increments or while a rotary axis turns is not read here")
+        level, clearance, depth = self.initial[1], self.cycle["R"] * self.unit, self.cycle[letter] * self.unit
         dwell = self.cycle.get("P", 0.0) * (1.0 if self.dialect == "linuxcnc" else 0.001)
-        for _ in range(int(values.get("L", values.get("K", 1)))):
-            self.drill(
-                target, clearance, depth, level if self.to_initial else clearance,
-                peck=self.cycle.get("Q", 0.0) * self.unit if self.motion in (73, 83) else None,
-                chip_break=self.motion == 73, dwell=dwell if self.motion in (82, 89, 86) else 0.0,
-                out="feed" if self.motion in (74, 84, 85, 89) else "rapid",
-            )  # fmt: skip
-            if not self.absolute:
-                target = self.targets(values)[0]
+        self.drill(
+            target, clearance, depth, level if self.to_initial else clearance,
+            peck=self.cycle.get("Q", 0.0) * self.unit if self.motion in (73, 83) else None,
+            chip_break=self.motion == 73, dwell=dwell if self.motion in (82, 89, 86) else 0.0,
+            out="feed" if self.motion in (74, 84, 85, 89) else "rapid",
+        )  # fmt: skip
 
 
 class LinuxCNC(WordAddress):
-    def joint_seconds(self, length, turned, feed):
-        if length > 1e-9:
-            return 60.0 * length / feed, "along the slides"
-        return 60.0 * turned / feed, "degrees a minute"
+    adds_degrees = False
 
 
 def control(dialect, setup):

@@ -13,7 +13,7 @@ class Refused(Exception):
 
 @dataclass
 class Word:
-    """An address with its number (`X12.5`), a name (`TRAORI`), or a call (`CYCLE800(…)`, `C=DC(90)`)."""
+    """An address with its number (`X12.5`), a name (`TRAORI`), or a call (`CYCLE800(…)`)."""
 
     name: str
     value: float | None = None
@@ -87,7 +87,7 @@ def closing(text, at, line):
 
 
 def scan(text, line, names=False):
-    """The words of a block. With `names` (Siemens) also names, calls, and `=` between an address and its value."""
+    """The words of a block. With `names` (Siemens) also names and calls."""
     found = []
     at = 0
     while at < len(text):
@@ -106,14 +106,6 @@ def scan(text, line, names=False):
             while at < len(text) and (text[at].isalnum() or text[at] == "_"):
                 at += 1
             name = text[start:at].upper()
-        if names and at < len(text) and text[at] == "[":  # FGREF[C]=10
-            close = text.find("]", at)
-            end = number_end(text, close + 2)
-            if close < 0 or text[close + 1 : close + 2] != "=" or end == close + 2:
-                raise Refused(line, f"{name} without its index and value")
-            found.append(Word(name, arguments=(text[at + 1 : close], text[close + 2 : end])))
-            at = end
-            continue
         after = at
         while after < len(text) and text[after] == " ":
             after += 1
@@ -121,23 +113,6 @@ def scan(text, line, names=False):
             close = closing(text, after, line)
             found.append(Word(name, arguments=split_arguments(text[after + 1 : close])))
             at = close + 1
-            continue
-        if names and after < len(text) and text[after] == "=":
-            at = after + 1
-            end = number_end(text, at)
-            if end == at:
-                while end < len(text) and text[end] not in "( ":
-                    end += 1
-                if end < len(text) and text[end] == "(":  # C=DC(90)
-                    close = closing(text, end, line)
-                    found.append(Word(name, arguments=(text[at:end].upper(), text[end + 1 : close])))
-                    at = close + 1
-                    continue
-                found.append(Word(name, arguments=(text[at:end],)))  # T="name"
-                at = end
-                continue
-            found.append(Word(name, float(text[at:end]), "." in text[at:end]))
-            at = end
             continue
         end = number_end(text, after) if len(name) == 1 else after
         if end > after:
