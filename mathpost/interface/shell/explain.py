@@ -14,9 +14,7 @@ from mathpost.detective.rotary_axes import explain_joints
 from mathpost.detective.rotations import explain_rotation
 from mathpost.errors import InputError
 from mathpost.interface.shell.options import FILE, THREE, number
-from mathpost.interface.shell.pose import control_lines, floats, position_rows
 from mathpost.kinematics import Kinematics
-from mathpost.shop.plane import pose
 
 if TYPE_CHECKING:
     from mathpost.detective.explanation import Explanation
@@ -52,8 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print what gives the answer; return 0 if it is right, 1 if not."""
     found = _of_machine(options) if options.machine is not None else [_of_rotation(options)]
-    if found is None:
-        return 0
     print(*found, sep="\n")
     return int(not all(each.right and not each.travel for each in found))
 
@@ -97,17 +93,13 @@ def _active(numbers: list[str], convention: str | None) -> list[str]:
     return [numbers[3 * column + row] for row in range(3) for column in range(3)] if passive_matrix else numbers
 
 
-def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
-    """Explain the words of a machine; without a result print the positions for a tool axis and return None."""
+def _of_machine(options: argparse.Namespace) -> list[Explanation]:
+    """Explain the words of a machine."""
     kinematics = Kinematics(machine_file.load(options.machine))
     if options.joints:
         return [explain_tip(kinematics, *_rows(options, "joints", "result"))]
     if options.tip and options.rotary:
         return [explain_linear(kinematics, *_rows(options, "tip", "rotary", "result"))]
-    _need(options, "axis")
-    if not options.result:
-        _positions(kinematics, options)
-        return None
     if not options.tip:
         return [explain_joints(kinematics, *_rows(options, "axis", "result"))]
     rows = _rows(options, "tip", "axis", "result")
@@ -118,13 +110,3 @@ def _of_machine(options: argparse.Namespace) -> list[Explanation] | None:
         explain_joints(kinematics, axis.tolist(), result[:, 3:].tolist()),
         explain_linear(kinematics, tip.tolist(), result[:, 3:].tolist(), result[:, :3].tolist()),
     ]
-
-
-def _positions(kinematics: Kinematics, options: argparse.Namespace) -> None:
-    """Print the angles that make a tool axis, where there is nothing to explain."""
-    for n, given in enumerate(options.axis):
-        at_origin = not options.tip or n >= len(options.tip)
-        axis, tip = floats(given), np.zeros(3) if at_origin else floats(options.tip[n])
-        found, taken = pose.positions(kinematics, tip, axis), pose.taken(kinematics, axis)
-        print(*position_rows(kinematics, found), sep="\n")
-        print(*control_lines(kinematics, found, [0.0] * len(kinematics.machine.rotary), taken), sep="\n")
