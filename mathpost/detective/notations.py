@@ -75,10 +75,6 @@ class Rotation:
         }  # fmt: skip
         return np.array(known[kind]) if kind in known else self.angles(kind)[0] * angle
 
-    def inverse(self) -> Rotation:
-        """The inverse."""
-        return replace(self, matrix=self.matrix.T)
-
     def __str__(self) -> str:
         axis, angle = self.axis_angle
         lines = [*self.found, *filter(None, (self.fault, self.remedy))]
@@ -101,7 +97,7 @@ class Rotation:
             decimals = 6 if radians or "unit" not in each else 4
             numbers = row(self.written(each["as"], radians=radians), decimals)
             lines.append(f"{each['name']:{width}}  {numbers}{' rad' * radians}{'°' * (each.get('unit') == 'deg')}")
-        back = self.inverse()
+        back = replace(self, matrix=self.matrix.T)
         lines += ["", "the inverse (transposed: a passive matrix, or one written by columns)"]
         lines += [f"   wxyz {row(back.quaternion, 6)}   ZYX {row(back.angles('ZYX')[0])}"]
         return "\n".join(lines)
