@@ -56,7 +56,6 @@ def test_rapid_where_the_cl_data_cut_is_an_error(right, wrong, line, record):
     assert found.status == 1
     assert (line, record) in of_lines(found, found.pace.rapid)
     assert f"line {line}, where the CL data cut to record {record}" in str(found)
-    assert {"line": line, "record": record} in found.data()["rapid"]
 
 
 def test_a_feed_where_the_cl_data_are_rapid_is_said():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import csv
 import html
-import json
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -49,7 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a word of this machine that moves no axis, as M250 or G187 P{}; may be given again",
     )  # fmt: skip
     add("--page", **FILE | {"metavar": "OUT"}, help="the machine as an HTML page that walks through the program")
-    add("--json", action="store_true", help="for scripts: every block, with all digits")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -65,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
         text, setup, words, cl=path, setup=tables, tolerance=options.tolerance,
         axis_tolerance=math.radians(options.axis_tolerance), name=options.program.name,
     )  # fmt: skip
-    print(json.dumps(found.data(), ensure_ascii=False) if options.json else found)
+    print(found)
     if options.page:
         inputs = filter(None, (options.program, options.machine, options.cl, options.tools))
         write_text(options.page, page(found, Kinematics(setup)), inputs=inputs)

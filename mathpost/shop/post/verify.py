@@ -74,43 +74,6 @@ class Verified:
         """The poses of the program itself as CL data: for views."""
         return from_arrays(self.tips, self.axes, name=self.name)
 
-    def data(self) -> dict:
-        """Return all of it as plain data, for JSON."""
-        off = self.along.off if self.along else None
-        blocks = self.program.blocks
-        columns = {
-            "line": self.program.lines,
-            "joints": self.joints * UNITS[: len(self.names)],
-            "tip": self.tips,
-            "axis": self.axes,
-            "tcp": blocks.tcp,
-            "rapid": blocks.rapid,
-        }
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        return {
-            "program": self.name,
-            "control": self.control,
-            "status": self.status,
-            "blocks": [dict(zip(columns, row, strict=True)) for row in rows],
-            "outside": [{"line": self.line(block), "why": why} for block, why in self.outside],
-            "swings": [{"line": self.line(b), "axis": name, "degrees": turn} for b, name, turn in self.swings],
-            "pole": [{"from": self.line(a), "to": self.line(b), "degrees": least} for a, b, least in self.pole],
-            "unsure": [self.line(block) for block in self.unsure],
-            "unjudged": [self.line(block) for block in self.unjudged],
-            "hits": [self.line(block) for block in self.hits],
-            "blind": [{"line": line, "why": why} for line, why in self.blind],
-            "seconds": self.seconds,
-            "skipped": self.program.skipped,
-            "rapid": [{"line": self.line(b), "record": r + 1} for b, r in (self.pace.rapid if self.pace else ())],
-            "slow": [{"line": self.line(b), "record": r + 1} for b, r in (self.pace.slow if self.pace else ())],
-            "feeds": [
-                {"line": self.line(b), "record": r + 1, "programmed": found, "stated": stated}
-                for b, r, found, stated in (self.pace.feeds if self.pace else ())
-            ],
-            "off": None if off is None else vars(off) | {"line": self.line(off.block)},
-            "explained": list(self.explained),
-        }
-
     def __str__(self) -> str:
         rows = [("program", f"{self.name}, {self.control}: {len(self.joints)} moves on {self._lines()}")]
         for name, column in zip(self.names, (self.joints * UNITS[: len(self.names)]).T, strict=True):
