@@ -64,6 +64,14 @@ def unit(vectors: ArrayLike, where: str = "axis") -> np.ndarray:
     return vectors / length[..., None]
 
 
+def angle_of_chord(chord: ArrayLike) -> np.ndarray:
+    """Return the angles (radians) between unit vectors whose ends are a `chord` apart.
+
+    It keeps the digits that the arccosine of their product loses.
+    """
+    return 2 * np.arcsin(np.minimum(np.asarray(chord) / 2, 1))
+
+
 def wrap(angles: ArrayLike, turn: float = 360.0) -> np.ndarray:
     """Return `angles` less whole turns, in (−turn/2, turn/2]; one within 1e-12 turns of −turn/2 is turn/2.
 

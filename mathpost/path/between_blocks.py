@@ -17,6 +17,7 @@ from mathpost.path import singular
 from mathpost.path.deviation import AXIS_RESOLUTION, FEWEST_INTERVALS, TIP, derivative, peak, sampled, stray
 from mathpost.path.dynamic_programming import nearest
 from mathpost.path.motion import ON_PART, Motion
+from mathpost.rotation import angle_of_chord
 
 if TYPE_CHECKING:
     from mathpost.kinematics import ForwardKinematics, Kinematics
@@ -37,7 +38,7 @@ def axis_lag(
     error = np.zeros(len(start))
     for moves, t, _, axis in sampled(kin, start, end, least):
         _, wanted = cl.at(place[moves] + t * (place_after - place)[moves])
-        error[moves] = 2 * np.arcsin(np.minimum(peak(np.linalg.norm(axis - wanted, axis=-1)) / 2, 1))
+        error[moves] = angle_of_chord(peak(np.linalg.norm(axis - wanted, axis=-1)))
     return error + AXIS_RESOLUTION
 
 

@@ -26,7 +26,7 @@ from mathpost.path.cl_lines import LARGEST, Records
 from mathpost.path.cl_words import Statements
 from mathpost.path.modal import Command, Remark
 from mathpost.path.pieces import Arc, Hole
-from mathpost.rotation import unit
+from mathpost.rotation import angle_of_chord, unit
 
 ARC_TOLERANCE = 0.001  # mm
 OPPOSITE = 1e-6  # of the sum of two tool axes
@@ -270,7 +270,7 @@ def to_text(cl: CLData, *, title: str | None = None, decimals: int = 6) -> str:
 
 def _slerp(start: np.ndarray, end: np.ndarray, t: np.ndarray) -> np.ndarray:
     """Unit vectors on the great circles from `start` to `end` (..., 3) at `t` from 0 to 1, broadcasting."""
-    angle = 2 * np.arcsin(np.clip(np.linalg.norm(end - start, axis=-1, keepdims=True) / 2, 0, 1))
+    angle = angle_of_chord(np.linalg.norm(end - start, axis=-1, keepdims=True))
     close = (sine := np.sin(angle)) < 1e-9
     first, last = (np.where(close, part, np.sin(part * angle) / np.where(close, 1, sine)) for part in (1 - t, t))
     return unit(first * start + last * end)

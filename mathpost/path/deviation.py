@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mathpost.formula import slices
+from mathpost.rotation import angle_of_chord
 
 if TYPE_CHECKING:
     from mathpost.kinematics import ForwardKinematics, Kinematics
@@ -157,7 +158,7 @@ def bounds(machine: Machine, joints: np.ndarray, tips: np.ndarray, axes: np.ndar
     turn = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
     axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
     bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
-    return np.array([tip_off + bend, 2 * np.arcsin(np.minimum(axis / 2, 1))])
+    return np.array([tip_off + bend, angle_of_chord(axis)])
 
 
 def derivative(machine: Machine, start: np.ndarray, end: np.ndarray, order: int) -> np.ndarray:
@@ -205,10 +206,10 @@ def from_arc(axes: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray
     from_start, from_end = axes - start, axes - end
     before = np.vecdot(from_start, np.cross(normal, start)) < 0
     behind = np.vecdot(from_end, np.cross(normal, end)) > 0
-    half_chord = np.minimum(np.linalg.norm(from_start, axis=-1), np.linalg.norm(from_end, axis=-1)) / 2
+    chord = np.minimum(np.linalg.norm(from_start, axis=-1), np.linalg.norm(from_end, axis=-1))
     off_plane = np.abs(np.vecdot(from_start, normal))
     beside = arc & ~before & ~behind
-    return np.where(beside, np.arcsin(np.minimum(off_plane, 1)), 2 * np.arcsin(np.minimum(half_chord, 1)))
+    return np.where(beside, np.arcsin(np.minimum(off_plane, 1)), angle_of_chord(chord))
 
 
 def peak(values: np.ndarray) -> np.ndarray:

@@ -43,9 +43,8 @@ class Modal:
     per_turn: bool = False  # per turn instead of per minute
     skip: bool = False
     tool: int = 1
-    loaded: tuple[int, float | None, int | None, int | None] | None = (
-        None  # in the spindle: number, length, offsets
-    )
+    # In the spindle: number, length, offsets.
+    loaded: tuple[int, float | None, int | None, int | None] | None = None
     length_offset: int | None = None  # numbers of the control's offsets; None is that of the tool
     radius_offset: int | None = None
     # Numbers for length and radius that TOOLNO states for tools still to be loaded.

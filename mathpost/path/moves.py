@@ -231,17 +231,13 @@ class Moves(Orders):
         height = (start - centre) @ normal
         end = centre + spoke * values[-1] * self.scale / np.linalg.norm(spoke) + height * normal
         normal = normal if np.cross(normal, start - centre) @ tangent > 0 else -normal
-        turned = (
-            math.degrees(
-                math.atan2(
-                    np.cross(start - centre, end - centre) @ normal, (start - centre) @ (end - centre) - height**2
-                )
-            )
-            % 360
+        across, along = (
+            np.cross(start - centre, end - centre) @ normal,
+            (start - centre) @ (end - centre) - height**2,
         )
-        beyond = (
-            2 if turned > 180 or math.dist(start, end) < SAME_POINT else 1
-        )  # the line goes on behind the centre
+        turned = math.degrees(math.atan2(across, along)) % 360
+        # 2: the line goes on behind the centre.
+        beyond = 2 if turned > 180 or math.dist(start, end) < SAME_POINT else 1
         stated = 2 if which and which[1] else 1
         need(beyond == stated or abs(turned - 180) < 0.1, "2,INTOF for an arc beyond half a turn, and for no other")
         self.sweep(before, end, self.axis, centre, normal)

@@ -4,12 +4,12 @@
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.files import NUMBER
+from mathpost.files import NUMBER, text_of
 
 
 def _word(address: str) -> str:
@@ -49,6 +49,18 @@ def numbers(given: Sequence[str]) -> list[float]:
     if not all(re.fullmatch(rf"(?:{NUMBER})?", each) for each in given):
         raise ValueError
     return [float(each or 0) for each in given]
+
+
+def written(values: Mapping[str, float], decimals: int = 4, plus: str = "", point: str = "") -> str:
+    """Return words with their numbers; `plus` before one without a sign, `point` behind one without a point.
+
+    Examples
+    --------
+    >>> written({"X": 0, "Y": -5.5}), written({"I": 135, "J": 54.73561}, point=".")
+    ('X0 Y-5.5', 'I135. J54.7356')
+    """
+    texts = [(word, text_of(value, decimals)) for word, value in values.items()]
+    return " ".join(f"{word}{plus * (text[0] != '-')}{text}{point * ('.' not in text)}" for word, text in texts)
 
 
 class Words:

@@ -23,15 +23,7 @@ SENSES = {"CLW": "CLW", "CCLW": "CCLW", "CCW": "CCLW"}
 RANGES = ("LOW", "MEDIUM", "HIGH", "AUTO")
 COOLANTS = ("FLOOD", "MIST", "THRU", "AIR", "TAP")
 OFFSETS = ("ADJUST", "OSETNO", "OFFSET")
-OF_A_TOOL = (
-    "AUTO",
-    "MANUAL",
-    "MILL",
-    "DRILL",
-    "TAP",
-    "BORE",
-    "REAM",
-)  # behind its number: how it comes, what it is
+OF_A_TOOL = "AUTO MANUAL MILL DRILL TAP BORE REAM".split()  # behind its number: how it comes, what it is
 FEED_UNITS = {  # mm in it, None for the unit of the file; and whether it is per turn
     "MMPM": (1.0, False),
     "IPM": (MM_PER_INCH, False),
@@ -77,9 +69,8 @@ class Orders(Lines):
         self.scale, self.units_stated = scale, True
 
     def on_rapid(self, words: list[str]) -> None:
-        need(
-            not words, "RAPID, or RAPID/ and nothing"
-        )  # neither MODAL nor a feed, which the control would not take
+        # Neither MODAL nor a feed, which the control would not take.
+        need(not words, "RAPID, or RAPID/ and nothing")
         self.rapid = True
 
     def on_fedrat(self, words: list[str]) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.path.cl import CLData, feed_times
-from mathpost.rotation import about, unit
+from mathpost.rotation import about, angle_of_chord, unit
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
@@ -110,7 +110,7 @@ def nearest(
     along = end - start  # of neighbours only the difference keeps its digits
     across = along - np.vecdot(along, start)[:, None] * start
     across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
-    arc = 2 * np.arcsin(np.minimum(np.linalg.norm(along, axis=1) / 2, 1))
+    arc = angle_of_chord(np.linalg.norm(along, axis=1))
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
     # The ends of reach lie round the workpiece-side axis: what is near an end of it is near one of them.
     turn = [np.arctan2(across @ end, start @ end) for end in (pole, -pole)]

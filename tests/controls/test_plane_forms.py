@@ -26,7 +26,7 @@ def words(letters, values):
 
 
 def check(text, rotation, origin=ORIGIN, atol=1e-9, **given):
-    frame = plane_blocks.from_text(text, **given).frame
+    frame = plane_blocks.read(text, **given)[0].frame
     np.testing.assert_allclose(frame.rotation, rotation, atol=atol)
     np.testing.assert_allclose(frame.origin, origin, atol=1e-9)
 

@@ -194,19 +194,6 @@ def test_nine_rows_of_the_heidenhain_table(travel, present, seq, expected, sign)
         np.testing.assert_allclose(heidenhain(plane, present, seq=seq).angles, expected, atol=1e-9)
 
 
-def test_symmetry_point_moves_the_border():
-    plane = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, AC)
-    assert heidenhain(plane, (0, 0), sym="-").angles[0] == pytest.approx(-45)
-    assert heidenhain(plane, (0, 0), sym="-").why == "SYM-"
-    assert heidenhain(plane, (0, 0), sym="-", symmetry=60).why == "higher A"
-    with pytest.raises(ReachError, match=r"is not SYM[+-]"):
-        heidenhain(plane, (0, 0), sym="+", symmetry=60)
-    with pytest.raises(ReachError, match=r"is not SYM[+-]"):
-        heidenhain(
-            align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, limited(AC, A=(-90, 90))), (0, 0), sym="-", symmetry=-90
-        )
-
-
 @pytest.mark.parametrize(
     ("rot", "angles", "point", "rho"),
     [("COORD", (0, 0), (43.30127, 25, 0), 30), ("TABLE", (0, 30), (50, 0, 0), 0)],
@@ -232,7 +219,6 @@ def test_free_axis_stays_where_it_stands():
 def test_a_master_that_stands_at_0_is_on_either_side(side):
     plane = align(Plane("PLANE SPATIAL", [0, 0, 30]).frame, AC)
     np.testing.assert_allclose(heidenhain(plane, (0, 77), seq=side).angles, (0, 77), atol=1e-9)
-    np.testing.assert_allclose(heidenhain(plane, (0, 77), sym=side, symmetry=0.0).angles, (0, 77), atol=1e-9)
 
 
 def test_where_both_solutions_are_one_position_it_is_said():
@@ -274,18 +260,16 @@ def test_fanuc_masters_by_arrangement():
     assert fanuc(plane, (0, 0)).why == "smallest motion of C"
 
 
-@pytest.mark.parametrize("reference", ["A", "C"])
-def test_siemens_names_the_reference_axis_by_which_it_chose(reference):
+def test_siemens_names_the_reference_axis_by_which_it_chose():
     plane = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, AC)
     for direction, word in ((1, "higher"), (-1, "lower")):
-        assert siemens(plane, (0, 0), direction, reference=reference).why == f"{word} {reference}"
+        assert siemens(plane, (0, 0), direction).why == f"{word} A"
 
 
 def test_siemens_takes_the_other_if_one_is_out_of_travel():
     feature = Plane("PLANE SPATIAL", [0, 45, 0]).frame
     assert siemens(align(feature, AC), (0, 0), -1).angles[0] == pytest.approx(-45)
     assert siemens(align(feature, AC), (0, 0), 1).angles[0] == pytest.approx(45)
-    assert siemens(align(feature, AC), (0, 0), -1, reference="C").angles[1] == pytest.approx(-90)
     assert siemens(align(feature, limited(AC, A=(-10, 90))), (0, 0), -1).angles[0] == pytest.approx(45)
 
 
@@ -316,8 +300,7 @@ def test_every_choice_puts_the_tool_on_the_plane(i, j, k, first, second):
         (lambda plane: fanuc(plane, (0, 0), master="X"), "rotary axis: expected one of A, C"),
         (lambda plane: fanuc(plane, (0, 0, 0)), r"present: expected shape \(..., 2\)"),
         (lambda plane: fanuc(plane, [(0, 0)]), "present: expected the rotary angles"),
-        (lambda plane: heidenhain(plane, (0, 0), seq="+", sym="-"), "for one of the two"),
-        (lambda plane: heidenhain(plane, (0, 0), seq="up"), "seq, sym"),
+        (lambda plane: heidenhain(plane, (0, 0), seq="up"), "seq: expected"),
         (lambda plane: heidenhain(plane, (0, 0), rot="ROT"), "rot: expected 'COORD' or 'TABLE'"),
         (lambda plane: siemens(plane, (0, 0), 0), "direction: expected -1 or"),
     ],

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from mathpost.errors import as_array
 from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import unit, wrap
+from mathpost.rotation import angle_of_chord, unit, wrap
 from mathpost.shop.compensate.model import COMPONENTS, ErrorModel, MachineErrors, error_frame, named_point
 
 if TYPE_CHECKING:
@@ -198,9 +198,8 @@ class Compensator:
         """Return the `PoseError` of `joints` against the pose `wanted`, by default that without errors."""
         tip, axis = self.forward(joints)
         wanted_tip, wanted_axis = self.wanted(joints) if wanted is None else wanted
-        # The chord of two unit vectors keeps the digits that the arccosine of their product loses.
-        chord = np.linalg.norm(axis - wanted_axis, axis=-1)
-        return PoseError(np.linalg.norm(tip - wanted_tip, axis=-1), 2 * np.arcsin(chord / 2))
+        turned = angle_of_chord(np.linalg.norm(axis - wanted_axis, axis=-1))
+        return PoseError(np.linalg.norm(tip - wanted_tip, axis=-1), turned)
 
     def compensate(self, joints: ArrayLike) -> Compensated:
         """Return the joints, as `Compensated`, with which the machine comes to where `joints` were meant to be.

@@ -79,9 +79,8 @@ class Control:
     name: str
     source: str  # what its words rest on: a manual, or a run on the control
     head: tuple[str, ...]  # lines before the moves,
-    start: tuple[
-        str, ...
-    ]  # behind them in a program that is more than motion: what may still be on is switched off
+    # Behind them in a program that is more than motion: what may still be on is switched off.
+    start: tuple[str, ...]
     end: tuple[str, ...]  # after them in a program that is more than motion,
     foot: tuple[str, ...]  # and at the end of any
     comment: str  # with {text} in it
@@ -152,12 +151,9 @@ class Control:
         """Return the line that selects a work offset; `InputError` if there is none of that number."""
         line = self.work_offsets.line(number)
         if line is None:
-            most = (
-                f"1 to {self.work_offsets.most}"
-                if self.work_offsets.most
-                else "none, its file has no words for them"
-            )
-            raise InputError(f"work offset of {self.name}", most, f"{number}")
+            most = self.work_offsets.most
+            expected = f"1 to {most}" if most else "none, its file has no words for them"
+            raise InputError(f"work offset of {self.name}", expected, f"{number}")
         return line
 
     def remark(self, text: str, form: str = "") -> list[str]:

@@ -33,9 +33,8 @@ class Line:
     called: bool = False  # whether the cycle that is defined is done where the line goes
     in_machine: bool = False
     gone: tuple[str, tuple[str, ...]] | None = None  # the meaning of a call or a jump, and what it names
-    waiting: dict[str, str] = field(
-        default_factory=dict
-    )  # text of each word that nothing has used so far, by its name
+    # Text of each word that nothing has used so far, by its name.
+    waiting: dict[str, str] = field(default_factory=dict)
 
     @property
     def text(self) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.files import NUMBER, text_of
-from mathpost.path.nc_words import Words, arguments, bare, numbers
+from mathpost.path.nc_words import Words, arguments, bare, numbers, written
 from mathpost.shop.controls import plane_forms
 from mathpost.shop.plane.tilted_plane import NOTATIONS, Plane
 
@@ -59,10 +59,10 @@ def to_text(
     if kind in ("G68.2", "G268"):  # every number with its decimal point, or it counts increments
         if variant != "P3":
             order = {"P1": "P1 Q123 ", "": ""}[variant] if kind == "G68.2" else "Q123 "
-            return f"{kind} {order}{_written(origin | values, decimals, point='.')}"
+            return f"{kind} {order}{written(origin | values, decimals, point='.')}"
         x, z = (dict(zip("IJK", vector, strict=True)) for vector in (plane.values[:3], plane.values[3:]))
-        first = f"{_written(origin, decimals, point='.')} {_written(x, VECTOR_DECIMALS, point='.')}"
-        return f"G68.2 P3 Q1 {first}\nG68.2 P3 Q2 {_written(z, VECTOR_DECIMALS, point='.')}"
+        first = f"{written(origin, decimals, point='.')} {written(x, VECTOR_DECIMALS, point='.')}"
+        return f"G68.2 P3 Q1 {first}\nG68.2 P3 Q2 {written(z, VECTOR_DECIMALS, point='.')}"
     if kind == "CYCLE800":
         solid = variant == "solid"
         angles = [*plane.values[:2], 0.0] if solid else plane.values
@@ -72,34 +72,35 @@ def to_text(
         turned = "" if rest == "0" else f"\nAROT Z{rest}"
         return f'CYCLE800(0,"{swivel_data}",0,{mode},{numbers},{direction},0,1){turned}'
     plus, shifted = ("+", "TRANS DATUM AXIS") if kind == "PLANE" else ("", "TRANS")
-    shift = f"{shifted} {_written(origin, decimals, plus)}\n" if plane.origin.any() else ""
-    words = _written(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals, plus)
+    shift = f"{shifted} {written(origin, decimals, plus)}\n" if plane.origin.any() else ""
+    words = written(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals, plus)
     return f"{shift}{plane.notation} {words} {positioning}" if kind == "PLANE" else f"{shift}AROT {words}"
 
 
-def from_text(text: str, *, keep: str = "", before: Plane | None = None, tool: np.ndarray | None = None) -> Plane:
-    """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
-
-    Of the forms of G68.2 and its kin (`mathpost.shop.controls.plane_forms`) some take several blocks. G68.4 counts
-    from the plane `before`, G68.3 takes its Z from the `tool` axis, (3,). How the axes get there (STAY, MOVE, SEQ,
-    F … of a PLANE block) is passed over. `InputError` names the line where a word is missing, doubled, not a number
-    or not one of the block, or where a second plane begins.
+def from_text(text: str) -> Plane:
+    """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program, as `read`.
 
     Examples
     --------
     >>> from_text("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
     array([135.    ,  54.7356, -90.    ])
-    >>> three = "G68.2 P2 Q1 X0 Y0 Z9\\nG68.2 P2 Q2 X0 Y5 Z9\\nG68.2 P2 Q3 X-5 Y0 Z4"
+    >>> three = "G68.2 P2 Q1 X0 Y0 Z9\nG68.2 P2 Q2 X0 Y5 Z9\nG68.2 P2 Q3 X-5 Y0 Z4"
     >>> from_text(three).frame.z.round(3) + 0.0
     array([-0.707,  0.   ,  0.707])
     """
-    return read(text, keep=keep, before=before, tool=tool)[0]
+    return read(text)[0]
 
 
 def read(
     text: str, *, keep: str = "", before: Plane | None = None, tool: np.ndarray | None = None
 ) -> tuple[Plane, str]:
-    """Read one `Plane` as `from_text`, and its key in `plane_forms.FORMS`; "" for a block without one."""
+    """Read one `Plane`, and the key of its words in `plane_forms.FORMS`, "" without one; `keep` as in `Plane`.
+
+    Of the forms of G68.2 and its kin (`mathpost.shop.controls.plane_forms`) some take several blocks. G68.4 counts
+    from the plane `before`, G68.3 takes its Z from the `tool` axis, (3,). How the axes get there (STAY, MOVE, SEQ,
+    F … of a PLANE block) is passed over. `InputError` names the line where a word is missing, doubled, not a number
+    or not one of the block, or where a second plane begins.
+    """
     plane, form, origin = before, "", np.zeros(3)
     group: list[Words] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -193,9 +194,3 @@ def _read_cycle800(words: Words) -> Plane:
     plane = Plane(MODES.get(mode, "CYCLE800 solid"), np.array(values), np.array(origin))
     # _X1 _Y1 _Z1 move the origin once more, along the axes as turned.
     return Plane(plane.notation, plane.values, plane.frame.point(np.array(shift)))
-
-
-def _written(values: dict[str, float], decimals: int, plus: str = "", point: str = "") -> str:
-    """Words with their values; `plus` before a number without a sign, `point` behind one without a point."""
-    texts = [(word, text_of(value, decimals)) for word, value in values.items()]
-    return " ".join(f"{word}{plus * (text[0] != '-')}{text}{point * ('.' not in text)}" for word, text in texts)

@@ -45,9 +45,8 @@ class Program:
     machines: list[tuple[int, Machine]]  # from which move on, the machine with the tool that it then has
     skipped: dict[str, int]  # words that move no axis, by their kind: how often they occur
     began: np.ndarray  # shape (j,), words from where the first move goes, NaN if nobody knows
-    blind: tuple[
-        Blind, ...
-    ]  # moves from or to where nobody knows all axes; those to where nobody does are no others
+    # Moves from or to where nobody knows all axes; those to where nobody does are no others.
+    blind: tuple[Blind, ...]
     dwell: float  # seconds that it waits, by words that say so
     assumed: tuple[str, ...]  # what was assumed, as sentences
 

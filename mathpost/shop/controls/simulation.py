@@ -1,7 +1,6 @@
 """A folder that runs a machine on LinuxCNC, in simulation: its kinematics as a module, and all that starts it."""
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from string import Template
 
@@ -11,6 +10,7 @@ from mathpost.errors import InputError
 from mathpost.files import read_text, write_set
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS, Machine
+from mathpost.path.nc_words import written
 from mathpost.shop import codegen
 from mathpost.shop.controls import control
 
@@ -59,8 +59,8 @@ def texts(kin: Kinematics) -> dict[str, str]:
         "fastest": f"{2 * rates[:3].max():g}",
         "turning": f"{2 * rates[3:].max():g}",
         "length": f"{machine.tool_length:g}",
-        "origin": _words(machine.origin),
-        "offset": _words(zero),
+        "origin": written(dict(zip("XYZ", machine.origin, strict=True))),
+        "offset": written(dict(zip("XYZ", zero, strict=True))),
         "tables": _parameters(machine),
     }
     ini, hal = _filled("machine.ini", fields), _filled("machine.hal", fields)
@@ -87,10 +87,6 @@ def _work_offsets(machine: Machine) -> dict[int, float]:
 
 def _filled(name: str, fields: dict[str, object]) -> str:
     return Template(read_text(TEMPLATES / name)).substitute(fields)
-
-
-def _words(point: Iterable[float]) -> str:
-    return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
 
 
 def _stated(values: np.ndarray, assumed: float) -> np.ndarray:

@@ -23,9 +23,8 @@ class Blind:
     line: int  # of the text
     block: int  # number of the moves before it that are known at their end; if this one is, its own
     machine: Machine  # with its tool
-    start: (
-        np.ndarray
-    )  # shape (j,), words from where, counted from the machine's origin, mm and degrees, NaN if unknown
+    # Shape (j,), words from where, counted from the machine's origin, mm and degrees, NaN if unknown.
+    start: np.ndarray
     end: np.ndarray  # shape (j,), and to where
     tcp: bool  # whether X Y Z are the tip
     aside: bool  # whether, where Z is not known, the machine itself has put it there: reference point, tool change

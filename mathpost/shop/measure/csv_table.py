@@ -94,10 +94,10 @@ class Table(dict[str, Any]):
         for row in np.flatnonzero(~np.asarray(good))[:1]:
             raise InputError(self.where(row, name), expected, f"{self[name][row]:.10g}")
 
-    def check_angles(self, name: str, limit: float = 360.0) -> None:
-        """Refuse angles that cannot be degrees: beyond ±`limit`, or the round numbers of radians."""
+    def check_angles(self, name: str) -> None:
+        """Refuse angles that cannot be degrees: beyond ±360, or the round numbers of radians."""
         angles = self[name]
-        self.require(name, np.abs(angles) <= limit, f"degrees within ±{limit:g} (other units, or a lost point?)")
+        self.require(name, np.abs(angles) <= 360, "degrees within ±360 (other units, or a lost point?)")
         steps = angles / (math.pi / 6)
         radians = (np.abs(steps - np.round(steps)) < 1e-3) & (np.round(steps) != 0)
         if np.abs(angles).max() < 2 * math.pi + 1e-3:
@@ -138,22 +138,9 @@ class Table(dict[str, Any]):
                 self[name] *= size if measures == "length" else math.degrees(size)
 
 
-def read(
-    path: Path | str,
-    columns: Sequence[str],
-    *,
-    optional: Sequence[str] = (),
-    text: Sequence[str] = (),
-    also: dict[str, str] | None = None,
-) -> Table:
-    """Read a CSV file as a `Table`.
-
-    `columns` are required, in any order, `optional` ones are allowed, those in `text` contain words; `also` maps
-    other headers, such as ``"C"``, to columns. `InputError` with file, line and column if the file cannot be read,
-    has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a finite number.
-    """
-    lines = scan(path)
-    return parse(lines, columns, optional=optional, text=text, also=also)
+def read(path: Path | str, columns: Sequence[str], **how: Any) -> Table:
+    """Read a CSV file as a `Table`; parameters as in `parse`. `InputError` also if it cannot be read."""
+    return parse(scan(path), columns, **how)
 
 
 @dataclass(frozen=True)
@@ -193,7 +180,12 @@ def parse(
     text: Sequence[str] = (),
     also: dict[str, str] | None = None,
 ) -> Table:
-    """Parse `Lines` into a `Table`; parameters as in `read`."""
+    """Parse `Lines` into a `Table`.
+
+    `columns` are required, in any order, `optional` ones are allowed, those in `text` contain words; `also` maps
+    other headers, such as ``"C"``, to columns. `InputError` with file, line and column if there is no row, a column
+    is missing, unknown or repeated, or an entry is missing or not a finite number.
+    """
     table, wanted = Table(found.path), (*columns, *optional)
     table.settings = dict(found.settings)
     known = Names(wanted, also)

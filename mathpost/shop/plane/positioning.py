@@ -168,9 +168,12 @@ def fanuc(alignment: Alignment, present: ArrayLike, *, master: str | None = None
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
     (array([45., 90.]), array([-45., -90.]))
     """
-    first = _joint(alignment, master) if master else 0
+    own = alignment.machine.joint_names[3:]
+    if master not in (None, *own):
+        raise InputError("rotary axis", f"one of {', '.join(own)}", repr(master))
+    first = own.index(master) if master else 0
     order = (first, 1 - first)[: len(alignment.machine.rotary)]
-    names = {n: alignment.machine.joint_names[3 + n] for n in order}
+    names = {n: own[n] for n in order}
     clauses: dict[str, Callable] = {
         f"smallest motion of {name}": lambda _, motion, n=n: abs(motion[n]) for n, name in names.items()
     }
@@ -178,53 +181,44 @@ def fanuc(alignment: Alignment, present: ArrayLike, *, master: str | None = None
     return _choose(alignment, present, clauses)
 
 
-def heidenhain(
-    alignment: Alignment,
-    present: ArrayLike,
-    *,
-    seq: str = "",
-    sym: str = "",
-    symmetry: float = 0.0,
-    rot: str = "COORD",
-) -> Solution:
-    """Choose as Heidenhain's PLANE does: SEQ or SYM by the master axis, otherwise by travel and shortest path.
+def heidenhain(alignment: Alignment, present: ArrayLike, *, seq: str = "", rot: str = "COORD") -> Solution:
+    """Choose as Heidenhain's PLANE does: SEQ by the master axis, otherwise by travel and shortest path.
 
     The master is the first rotary axis from the tool. The manual says neither how a path is measured nor what
     breaks a tie: here its length is √(Δ₁² + Δ₂²), and of two equal paths the one with the higher master angle is
     taken, as in the manual's example.
 
-    One of `seq` and `sym` may be ``"+"`` or ``"-"``: the master above or below 0, or above or below its `symmetry`
-    point, degrees; where that is not within travel the control says "Entered angle not permitted". `rot` is
-    ``"COORD"``, which leaves a free table axis where it is and turns the coordinates, or ``"TABLE"``, which
-    turns the axis until the feature's X is the spindle's.
+    `seq` may be ``"+"`` or ``"-"``, the master above or below 0; where that is not within travel the control says
+    "Entered angle not permitted". `rot` is ``"COORD"``, which leaves a free table axis where it is and turns the
+    coordinates, or ``"TABLE"``, which turns the axis until the feature's X is the spindle's.
     """
-    if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
-        raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
+    if seq not in ("", "+", "-"):
+        raise InputError("seq", "'+', '-' or nothing", repr(seq))
     if rot not in ("COORD", "TABLE"):
         raise InputError("rot", "'COORD' or 'TABLE'", repr(rot))
-    master, side = alignment.tool_side, seq or sym
-    name, word = alignment.machine.joint_names[3 + master], f"{'SYM' if sym else 'SEQ'}{side}"
+    master = alignment.tool_side
+    name, word = alignment.machine.joint_names[3 + master], f"SEQ{seq}"
 
     def refuse(angles: np.ndarray) -> str:
-        above = wrap(angles[master] - (symmetry if sym else 0.0)) * (-1 if side == "-" else 1)
-        return f"{name} at {angles[master]:.4f} is not {word}" if side and above < -TIE else ""
+        above = wrap(angles[master]) * (-1 if seq == "-" else 1)
+        return f"{name} at {angles[master]:.4f} is not {word}" if seq and above < -TIE else ""
 
     clauses = {
         "shortest path": lambda _, motion: np.linalg.norm(motion),
         f"higher {name}": lambda angles, _: -angles[master],
     }
-    return _choose(alignment, present, clauses, refuse, turn_table=rot == "TABLE", alone=word if side else ALONE)
+    return _choose(alignment, present, clauses, refuse, turn_table=rot == "TABLE", alone=word if seq else ALONE)
 
 
-def siemens(alignment: Alignment, present: ArrayLike, direction: int, *, reference: str | None = None) -> Solution:
+def siemens(alignment: Alignment, present: ArrayLike, direction: int) -> Solution:
     """Choose as CYCLE800's _DIR does: the lower (−1) or the higher (+1) value of the reference rotary axis.
 
-    If that is out of travel the other is taken, as the manual says. `reference` names the axis, which is set when
-    the machine is commissioned; by default it is the one next to the tool.
+    If that is out of travel the other is taken, as the manual says. Which axis is the reference is set when the
+    machine is commissioned; taken here is the one next to the tool.
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
-    axis = alignment.tool_side if reference is None else _joint(alignment, reference)
+    axis = alignment.tool_side
     clause = f"{'higher' if direction > 0 else 'lower'} {alignment.machine.joint_names[3 + axis]}"
     return _choose(alignment, present, {clause: lambda angles, _: -direction * wrap(angles[axis])})
 
@@ -284,10 +278,3 @@ def _choose(
             why, left = clause if len(least) < len(left) else "both are one position", least
     endless = [np.isinf(joint.limits).all() for joint in rotary]
     return replace(alignment.at(np.where(endless, wrap(left[0]), left[0])), why=why)
-
-
-def _joint(alignment: Alignment, name: str) -> int:
-    names = alignment.machine.joint_names[3:]
-    if name not in names:
-        raise InputError("rotary axis", f"one of {', '.join(names)}", repr(name))
-    return names.index(name)

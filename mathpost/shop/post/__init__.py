@@ -7,6 +7,5 @@ and read back in `mathpost.shop.controls`.
 
 What a control has words for: `draft`, `own_words`, `arcs`, `holes`, `tilted`. What moves in the air: `approach`,
 `jumps`; whether the tool meets anything: `body`, `solids`, `cuts`, `clear`, `every_move`. `verify` judges any
-program: `match` and `along` (where it is on the path), `pace` (its feeds), `explained` (which one slip would
-explain it).
+program: `along` (where it is on the path), `pace` (its feeds), `explained` (which one slip would explain it).
 """

@@ -22,6 +22,7 @@ from mathpost.formula import compiled, slices
 from mathpost.kinematics import Kinematics
 from mathpost.path import deviation
 from mathpost.path.cl import CLData, commands
+from mathpost.rotation import angle_of_chord
 
 if TYPE_CHECKING:
     from mathpost.machine import Machine
@@ -320,7 +321,7 @@ def _inside(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 
 def _angles(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Angles between unit vectors, radians."""
-    return 2 * np.arcsin(np.minimum(np.linalg.norm(first - second, axis=-1) / 2, 1))
+    return angle_of_chord(np.linalg.norm(first - second, axis=-1))
 
 
 @lru_cache(maxsize=32)
@@ -340,7 +341,4 @@ def stretches(machines: list, count: int) -> list[tuple[Kinematics, slice]]:
 
 def kinematics_of(machines: list, count: int) -> list[Kinematics]:
     """Return the `Kinematics` of each of `count` blocks; `machines` are pairs of a first block and its machine."""
-    found = []
-    for (first, machine), (stop, _) in zip(machines, [*machines[1:], (count, None)], strict=True):
-        found += [_kinematics(machine)] * (stop - first)
-    return found
+    return [kin for kin, rows in stretches(machines, count) for _ in range(rows.start, rows.stop)]

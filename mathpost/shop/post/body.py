@@ -111,9 +111,8 @@ class Body:
             most = np.abs(self.directions @ (ends[1] - ends[0])) / 2 + self.reach
         else:
             found = self.surely_meets(ends, lines)
-            most = (
-                np.abs(self.directions) @ np.abs(ends[1] - ends[0]) / 2 + self.reach
-            )  # of box and body together, in each direction
+            # Of box and body together, in each direction.
+            most = np.abs(self.directions) @ np.abs(ends[1] - ends[0]) / 2 + self.reach
         left, tried = np.flatnonzero(~found), 0
         while left.size and tried < len(self.directions):
             some = slice(tried, tried + max(1, TOGETHER // left.size))

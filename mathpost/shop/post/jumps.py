@@ -30,8 +30,8 @@ class Jump:
         return f"record {self.record + 1} to {self.record + 2}: {turned}. {self.why}"
 
 
-def jumps(kin: Kinematics, cl: CLData, joints: np.ndarray, least: float = JUMP) -> list[Jump]:
-    """Return the moves on which a rotary axis turns by more than `least` degrees, in order.
+def jumps(kin: Kinematics, cl: CLData, joints: np.ndarray) -> list[Jump]:
+    """Return the moves on which a rotary axis turns by more than `JUMP` degrees, in order.
 
     `joints`, shape (n, j), mm and radians, are those of the records, as in `mathpost.shop.post.postprocess.Result`.
 
@@ -45,7 +45,7 @@ def jumps(kin: Kinematics, cl: CLData, joints: np.ndarray, least: float = JUMP) 
     """
     steps = np.degrees(np.diff(joints[:, 3:], axis=0))
     found = []
-    for record in np.flatnonzero((np.abs(steps) > least).any(axis=1)).tolist():
+    for record in np.flatnonzero((np.abs(steps) > JUMP).any(axis=1)).tolist():
         axis = int(np.abs(steps[record]).argmax())
         start, end = np.degrees(joints[record : record + 2, 3 + axis]).tolist()
         why = " ".join([*_at_the_pole(kin, cl, record), _instead(kin, cl, joints, record)])

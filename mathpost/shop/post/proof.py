@@ -26,6 +26,7 @@ from mathpost.path.deviation import (
     sampled,
     stray,
 )
+from mathpost.rotation import angle_of_chord
 from mathpost.shop.controls.blocks import Blocks
 from mathpost.shop.post.body import moving
 
@@ -134,7 +135,7 @@ def measured(
     if off.max(initial=0) > path_tip:
         path_tip, worst = off.max(), int(off.argmax())
 
-    axis_error = np.degrees(2 * np.arcsin(min(chord / 2, 1)))
+    axis_error = np.degrees(angle_of_chord(chord))
     return Proof(
         tip_error=float(tip_error),
         axis_error=float(axis_error),

@@ -22,7 +22,7 @@ from mathpost.shop.post.approach import approaches
 from mathpost.shop.post.options import Options
 from mathpost.shop.post.steps import Moves, Plan, choose, crossing
 from mathpost.shop.post.time_law import SlowDown, law_of, slow_down
-from mathpost.shop.post.tool_path import in_words
+from mathpost.shop.post.tool_path import xyz
 from mathpost.shop.post.ways import Way, comparison
 
 # A selection: name; cost; largest step of each rotary axis, degrees; why it is not possible.
@@ -194,7 +194,7 @@ def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan])
     origins = ["CL data" if each else "machine file" for each in stated]
     yield "tool length", ", ".join(f"{length} ({of})" for length, of in zip(lengths, origins, strict=True))
     setups = {each.path.offset: each.path.kin.machine.origin for each in plans if each.path.offset is not None}
-    offsets = [f"{number} at {in_words(origin)}" for number, origin in setups.items()]
+    offsets = [f"{number} at {xyz(origin)}" for number, origin in setups.items()]
     if offsets:
         yield "work offset", ", ".join(offsets)
     named = [f"{len(some)} of {kind}" for kind in ("stock", "fixture") if (some := getattr(machine, kind))]

@@ -13,6 +13,7 @@ from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 from mathpost.path.cl import OPPOSITE, CLData, commands
 from mathpost.path.motion import Motion
+from mathpost.path.nc_words import written
 from mathpost.rotation import unit
 from mathpost.shop.post.clear import Ways
 from mathpost.shop.post.cuts import NOTHING, Cuts, touched
@@ -88,11 +89,11 @@ def what_the_control_holds(path: ToolPath, options: Options, planes: bool = Fals
         for joint in machine.rotary:
             frame = "SPINDLE NOSE" if joint.carries == "tool" else "MACHINE ZERO"
             along = " ".join(f"{value:.6g}" for value in unit(np.array(joint.axis)))
-            lines.append(f"CONTROL HOLDS: {joint.name} THROUGH {in_words(joint.point)} FROM {frame}, ALONG {along}")
+            lines.append(f"CONTROL HOLDS: {joint.name} THROUGH {xyz(joint.point)} FROM {frame}, ALONG {along}")
         if path.offset is None:
-            lines.append(f"CONTROL HOLDS: WORK OFFSET {in_words(machine.origin)}")
+            lines.append(f"CONTROL HOLDS: WORK OFFSET {xyz(machine.origin)}")
     if path.offset is not None:
-        lines.append(f"CONTROL HOLDS: WORK OFFSET {path.offset}, {in_words(machine.origin)}")
+        lines.append(f"CONTROL HOLDS: WORK OFFSET {path.offset}, {xyz(machine.origin)}")
     if options.tcp or planes or any(joint.carries == "tool" for joint in machine.rotary):
         tools = [tool.values[0] for record, tool in commands(path.cl.remarks, "tool") if record == 0]
         name = f"TOOL {tools[0]}" if tools else "TOOL"
@@ -102,6 +103,6 @@ def what_the_control_holds(path: ToolPath, options: Options, planes: bool = Fals
     return lines
 
 
-def in_words(point: Sequence[float]) -> str:
-    """Return a point as text, such as X0 Y-5.5 Z20."""
-    return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
+def xyz(point: Sequence[float]) -> str:
+    """Return a point as words, such as X0 Y-5.5 Z20."""
+    return written(dict(zip("XYZ", point, strict=True)))

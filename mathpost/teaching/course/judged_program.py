@@ -11,10 +11,10 @@ from mathpost.kinematics import Kinematics
 from mathpost.path import singular
 from mathpost.path.cl import CLData
 from mathpost.shop.controls.reader import read
-from mathpost.shop.post.match import Between, between, match
 from mathpost.shop.post.proof import joints_of
 from mathpost.shop.post.time_law import block_times
 from mathpost.teaching.course.answers import Kind
+from mathpost.teaching.course.match import Between, between, match
 
 if TYPE_CHECKING:
     from mathpost.shop.controls.blocks import Blocks

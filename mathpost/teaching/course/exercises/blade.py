@@ -9,13 +9,13 @@ from mathpost.path import cl as cldata
 from mathpost.path.between_blocks import linearize
 from mathpost.path.deviation import from_segment
 from mathpost.shop.controls.reader import read
-from mathpost.shop.post.match import match
 from mathpost.shop.post.proof import joints_of
 from mathpost.sources import yu_dan
 from mathpost.teaching.course.answers import Name, Number, Vector
 from mathpost.teaching.course.exercises.selection import WAYS
 from mathpost.teaching.course.judged_program import AXIS, LIFTED, TIP, Program, unproved
 from mathpost.teaching.course.lesson_data import SWING, blade, data, largest_swing, load, with_axis, with_travel
+from mathpost.teaching.course.match import match
 from mathpost.teaching.course.verdict import define, slip
 
 ROWS = (40, 50, 60, 70, 80)

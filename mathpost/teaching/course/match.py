@@ -7,6 +7,7 @@ import numpy as np
 from mathpost.kinematics import Kinematics
 from mathpost.path.cl import CLData
 from mathpost.path.deviation import deviation
+from mathpost.rotation import angle_of_chord
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ def match(kin: Kinematics, cl: CLData, joints: np.ndarray, *, tip: float, axis: 
     for point, direction in zip(cl.points, cl.axes, strict=True):
         begin = blocks[-1] if blocks else 0
         off = np.linalg.norm(tips[begin:] - point, axis=1)
-        lean = 2 * np.arcsin(np.minimum(np.linalg.norm(axes[begin:] - direction, axis=1) / 2, 1))
+        lean = angle_of_chord(np.linalg.norm(axes[begin:] - direction, axis=1))
         at = np.flatnonzero((off <= tip) & (lean <= axis))
         if not at.size:
             nearest = off.argmin()
