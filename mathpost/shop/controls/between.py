@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import groupby, pairwise
 from operator import itemgetter
 from typing import Any
@@ -15,7 +14,7 @@ from mathpost.path.modal import Command
 from mathpost.shop.controls.blocks import PLANES, Blocks, Turn, axis_word
 from mathpost.shop.controls.control import Control
 
-Between = dict[int, list[str]]  # lines by the move that follows
+Texts = dict[int, list[str]]  # lines by the move that follows
 RESTS = 8  # moves in which a rotary axis stands still, that are worth clamping it
 
 
@@ -51,27 +50,11 @@ def tool_list(control: Control, blocks: Blocks) -> list[str]:
     return lines
 
 
-@dataclass
-class Said:
-    """The lines between the moves, and how they change the moves."""
+class Between:
+    """What a program says between its moves, and how that changes the moves.
 
-    lines: dict[int, list[str]]  # by the number of the move that follows, also behind the last
-    anew: list[int]  # moves that state X Y Z, feed and modes anew: behind a change of the tool, a plane or a cycle
-    turned: list[int]  # and those of them that state the rotary axes, too,
-    approached: list[int]  # but for these, where a line before has turned them
-    switches: dict[int, str]  # words that a move itself takes, by its number
-    cycles: list[int]  # moves behind drilling cycles, which have a feed in mm per minute
-    planes: list[int]  # the first moves in a tilted plane and behind it, in turn
-    further: list[int]  # moves to holes of the cycle that is on, which a word such as G0 would end
-
-
-def between(control: Control, machine: Machine, blocks: Blocks) -> Said:
-    """Return what is `Said` between the moves."""
-    return _Between(control, machine, blocks).said()
-
-
-class _Between:
-    """Keeps what holds from one move to the next, while the lines between them are made."""
+    It keeps what holds from one move to the next, while the lines between them are made.
+    """
 
     def __init__(self, control: Control, machine: Machine, blocks: Blocks) -> None:
         self.control, self.machine, self.blocks = control, machine, blocks
@@ -88,32 +71,36 @@ class _Between:
         self.wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
         switched = np.flatnonzero(np.diff(self.wanted)) + 1
         self.changes = [0, *switched.tolist()]
-        self.switches: dict[int, str] = {}
-        self.cycles: list[int] = []
+        self.switches: dict[int, str] = {}  # words that a move itself takes, by its number
+        self.cycles: list[int] = []  # moves behind drilling cycles, which have a feed in mm per minute
         self.drilled: list[int] = []
-        self.planes: list[int] = []
-        self.further: list[int] = []
+        self.planes: list[int] = []  # the first moves in a tilted plane and behind it, in turn
+        self.further: list[int] = []  # to holes of the cycle that is on, which a word such as G0 would end
         self.cut = np.flatnonzero(~blocks.rapid)
         tools = [(row, remark.values[0]) for row, remark in commands(blocks.remarks, "tool")]
         self.following = {row: after for (row, now), (_, after) in pairwise([*tools, *tools[:1]]) if after != now}
         self.clamps, self.released, self.clamped = _clamps(machine, blocks)
 
-    def said(self) -> Said:
+        self.lines = self._lines()  # by the number of the move that follows, also behind the last
+        # Moves that state X Y Z, feed and modes anew: behind a change of the tool, a plane or a cycle;
+        self.anew = sorted({row for row in [*self.changes, *self.drilled] if row < self.rows})
+        # those of them that state the rotary axes, too, but for those where a line before has turned them.
+        self.turned = sorted({row for row in self.changes if row < self.rows})
+        self.approached = [row for row, _ in commands(blocks.remarks, "approach")]
+
+    def _lines(self) -> Texts:
         around = _around(self.control, self.machine.joint_names, self.blocks)
         said: dict[int, list[str | Command]] = {
             row: [] for row in sorted({*self.changes, *around, *self.clamps, self.rows})
         }
         for row, remark in self.blocks.remarks:
             said.setdefault(min(row, self.rows), []).append(remark)
-        lines: dict[int, list[str]] = {}
+        lines: Texts = {}
         for row in sorted(said):
             restored, pole = around.get(row, ([], []))
             lines[row] = [*restored, *self.clamps.get(row, []), *self.row(row, said[row]), *pole]
         lines[self.rows] += self.running.values()
-        anew = sorted({row for row in [*self.changes, *self.drilled] if row < self.rows})
-        turned = sorted({row for row in self.changes if row < self.rows})
-        over = [row for row, _ in commands(self.blocks.remarks, "approach")]
-        return Said(lines, anew, turned, over, self.switches, self.cycles, self.planes, self.further)
+        return lines
 
     def row(self, row: int, remarks: list[str | Command]) -> list[str]:
         """Lines before a move."""
@@ -227,14 +214,14 @@ class _Between:
         return [*lines, *news]
 
 
-def _clamps(machine: Machine, blocks: Blocks) -> tuple[Between, Between, Between]:
+def _clamps(machine: Machine, blocks: Blocks) -> tuple[Texts, Texts, Texts]:
     """Words that clamp or release rotary axes, by the move that follows; those around an approach's turn apart.
 
     An axis is clamped where it stands still for more than a few moves, or for a hole.
     """
-    lines: Between = {}
-    released: Between = {}
-    clamped: Between = {}
+    lines: Texts = {}
+    released: Texts = {}
+    clamped: Texts = {}
     approached = [row for row, _ in commands(blocks.remarks, "approach")]
     drilled = np.array([row for row, _ in commands(blocks.remarks, "cycle")])
     for joint, words in zip(machine.rotary, blocks.words.T[3:], strict=True):

@@ -103,11 +103,6 @@ MODES = {
 }
 
 
-def _centre(reader: Lines, line: Line, text: str) -> None:
-    """The centre of the arcs that follow."""
-    reader.centre = reader.target(line)[:3]
-
-
 def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, str], None]:
     """A shift of the datum by the axes that the line names.
 
@@ -174,7 +169,7 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
         _no_frames(reader, line, text)  # a new plane deletes what was programmed before
         reader.at.change(plane=_in_mm(reader, plane))
         if direction:
-            _turn_to(reader, line, direction=direction)
+            _turn_to(reader, direction=direction)
         if not kept:
             reader.park([0, 1, 2])
         return
@@ -196,7 +191,7 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
         angles = reader.at.angles_for(plane, reader.control.positioning, **line.choice)
         reader.plane_angles = dict(zip(reader.names[3:], angles.tolist(), strict=True))
     if line.turned:
-        _turn_to(reader, line, **line.choice)
+        _turn_to(reader, **line.choice)
     if line.slides:
         reader.at.lose([0, 1, 2])
 
@@ -247,13 +242,12 @@ def _working_plane(reader: Lines, line: Line, text: str) -> None:
     _plane(reader, line, text)
 
 
-def _turn_to(reader: Lines, line: Line, **choice: Any) -> None:
+def _turn_to(reader: Lines, **choice: Any) -> None:
     """The rotary axes go to the position that this control takes, the slides do not move."""
-    joints = reader.at.joints()
-    reader.turn_to(joints, _angles(reader, choice))
+    reader.turn_to(reader.at.joints(), _angles(reader, **choice))
 
 
-def _angles(reader: Lines, choice: dict[str, Any]) -> np.ndarray:
+def _angles(reader: Lines, **choice: Any) -> np.ndarray:
     """The rotary angles, degrees, that this control takes for the plane."""
     control = reader.control
     _no_tcp(reader)
@@ -270,13 +264,9 @@ def _no_tcp(reader: Lines) -> None:
         raise reader.error("TCP off where the rotary axes turn to a plane or back", "it is on")
 
 
-def _turn(reader: Lines, line: Line, text: str) -> None:
-    _turn_to(reader, line)
-
-
 def _turn_about_tip(reader: Lines, line: Line, text: str) -> None:
     """As the turn to a plane, but the slides follow, so that the tip stays where it is."""
-    reader.put(np.r_[reader.at.words[:3], _angles(reader, {})][None], line, np.array([True]))
+    reader.put(np.r_[reader.at.words[:3], _angles(reader)][None], line, np.array([True]))
 
 
 def _plane_off(reader: Lines, line: Line, text: str) -> None:
@@ -287,11 +277,6 @@ def _plane_off(reader: Lines, line: Line, text: str) -> None:
         reader.turn_to(reader.at.joints(), np.zeros(len(reader.names) - 3))
     if line.slides:
         reader.at.lose([0, 1, 2])
-
-
-def _retract(reader: Lines, line: Line, text: str) -> None:
-    """The tool goes off the part, as far as the control likes."""
-    reader.park([0, 1, 2])
 
 
 def _makers_place(reader: Lines, line: Line, text: str) -> None:
@@ -309,17 +294,12 @@ def _everywhere(reader: Lines, line: Line, text: str) -> None:
     reader.everywhere = heights(text) if "(" in text else None
 
 
-def _once(reader: Lines, line: Line, text: str) -> None:
-    """A cycle where the tool is."""
-    holes(reader, reader.at.words, 2, heights(text))
-
-
 STATEMENTS = {
     "modal call": _everywhere,
-    "cycle here": _once,
-    "retract": _retract,
+    "cycle here": lambda reader, line, text: holes(reader, reader.at.words, 2, heights(text)),
+    "retract": lambda reader, line, text: reader.park([0, 1, 2]),  # as far as the control likes
     "maker's place": _makers_place,
-    "centre": _centre,
+    "centre": lambda reader, line, text: setattr(reader, "centre", reader.target(line)[:3]),
     "shift": _shift(),
     "new shift": _shift(anew=True),
     "added shift": _shift(added=True),
@@ -330,7 +310,7 @@ STATEMENTS = {
     "no frames": _no_frames,
     "3D rotation": _rotation,
     "new rotation": _new_rotation,
-    "turn to plane": _turn,
+    "turn to plane": lambda reader, line, text: _turn_to(reader),
     "turn to plane about the tip": _turn_about_tip,
     "plane off": _plane_off,
 }

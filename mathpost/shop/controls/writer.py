@@ -13,7 +13,7 @@ import numpy as np
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
 from mathpost.path.text import Column
-from mathpost.shop.controls.between import Said, between, lies_in, tool_list
+from mathpost.shop.controls.between import Between, lies_in, tool_list
 from mathpost.shop.controls.blocks import FEED, Blocks, Turn, axis_word, printed
 from mathpost.shop.controls.control import Control, control_for
 
@@ -33,7 +33,7 @@ def write(
     """
     control = control_for(machine, control)
     name = re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
-    said = between(control, machine, blocks)
+    said = Between(control, machine, blocks)
     lines_before, rows = said.lines, len(blocks.words)
     own = [*control.start, *machine.program_head] if machine.complete else control.remark(MOTION_ONLY)
     stated = re.search(r"\d{1,4}", name)
@@ -96,7 +96,7 @@ def _without_indent(texts: Iterable[str]) -> Iterator[str]:
 
 
 def _columns(
-    control: Control, axes: tuple[str, ...], blocks: Blocks, numbers: np.ndarray, said: Said
+    control: Control, axes: tuple[str, ...], blocks: Blocks, numbers: np.ndarray, said: Between
 ) -> list[Column]:
     """The moves as `Column`s."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
@@ -183,7 +183,7 @@ def _turned(control: Control, blocks: Blocks) -> tuple[list[Column], list[Column
 
 
 def _modes(
-    control: Control, rapid: np.ndarray, timed: np.ndarray, said: Said, straight: np.ndarray
+    control: Control, rapid: np.ndarray, timed: np.ndarray, said: Between, straight: np.ndarray
 ) -> list[Column]:
     """The modal words as `Column`s, each where it begins to hold and behind a change of the tool.
 
