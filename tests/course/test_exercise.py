@@ -380,27 +380,6 @@ def test_common_mixups(kind, solution, answer, said):
     assert said in verdict.why
 
 
-def test_frames_with_an_origin():
-    each = of(Pose(origin=True), Frame(euler.matrix("ZXZ", [20, 30, 40], degrees=True), [1, 2, 3]))
-    right = np.array(each.solution)
-    assert each.verdict(right.round(4)).status == RIGHT
-    assert "inverse" in each.verdict(np.linalg.inv(right)).why
-    moved = right.copy()
-    moved[0, 3] += 0.01
-    assert "the origin is not" in each.verdict(moved).why
-    assert "Expected a frame as a 4×4 matrix" in each.verdict([20, 30, 40]).why
-
-
-def test_five_joints_are_compared_by_tip_and_axis(dmu50v):
-    pose = [10, -20, 30, 40, 50]
-    branches = dmu50v.inverse(*dmu50v.forward(pose, degrees=True), degrees=True)
-    each = of(Joints(kinematics=lambda: dmu50v, names="X Y Z B C"), pose)
-    for branch in branches:
-        assert each.verdict(branch.round(3)).status == RIGHT
-        assert each.verdict(np.add(branch, [0, 0, 0.01, 0, 0])).status == WRONG
-        assert each.verdict(np.add(branch, [0, 0, 0, 0, 0.02])).status == WRONG
-
-
 def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
     found = Explanation((Misreading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
     each = of(Number(), 5.0, slips={"Named.": {"answer": 7}}, detective=lambda answer: found)

@@ -145,18 +145,14 @@ class Vector(Number):
 
 @dataclass(frozen=True, kw_only=True)
 class Joints(Vector):
-    """Rotary joints in degrees, or all five, compared as poses: every branch and every whole turn is right."""
+    """Two rotary joints in degrees, compared as poses: every branch and every whole turn is right."""
 
     kinematics: Callable[[], Kinematics]
     names: str = "B C"
     unit: str = "degrees"
 
     def same(self, value: Numbers, target: Numbers) -> bool:
-        target, count = np.asarray(target), np.size(target)
         joints = np.zeros((2, 5))
-        joints[:, -count:] = value, target
-        poses = self.kinematics().forward(joints, degrees=True)
-        moved, leaned = (np.linalg.norm(np.subtract(*pair)) for pair in poses)
-        turned = np.radians(self.bound) * 2  # both rotary joints are rounded
-        near = count < 5 or moved <= 2 * self.bound + turned * np.linalg.norm(target[:-2])
-        return bool(leaned <= turned and near)  # the tip says nothing if only rotary joints are asked for
+        joints[:, 3:] = value, target
+        _, axes = self.kinematics().forward(joints, degrees=True)
+        return bool(np.linalg.norm(np.subtract(*axes)) <= 2 * np.radians(self.bound))  # both joints are rounded

@@ -35,30 +35,25 @@ class Pose(Number):
 
     decimals: int = 2
     sequence: str = "ZXZ"  # of three angles, as in `mathpost.euler`; degrees
-    origin: bool = False  # if it has one, the answer is a 4×4 matrix or a `mathpost.frame.Frame`
 
     @property
     def asked(self) -> str:
-        if self.origin:
-            return f"a frame as a 4×4 matrix, its origin to {self.decimals} decimals"
         return f"three angles ({self.sequence}) in degrees to {self.decimals} decimals, or the matrix or quaternion"
 
     def read(self, answer: Any) -> Numbers:
         if isinstance(answer, Frame):
-            answer = answer.matrix if self.origin else answer.rotation
+            answer = answer.rotation
         plain = answer.as_matrix() if hasattr(answer, "as_matrix") else answer
-        array = numbers(plain, self.asked, "degrees", POSE_NAMES, (3, 4, 9, 16))
-        array = array.reshape({9: (3, 3), 16: (4, 4)}.get(array.size, -1 if array.size < 5 else array.shape))
-        if array.shape not in ([(4, 4)] if self.origin else [(3,), (4,), (3, 3)]):
+        array = numbers(plain, self.asked, "degrees", POSE_NAMES, (3, 4, 9))
+        array = array.reshape((3, 3) if array.size == 9 else -1 if array.size < 5 else array.shape)
+        if array.shape not in [(3,), (4,), (3, 3)]:
             raise InputError("answer", self.asked, f"numbers of shape {array.shape}")
         return array.tolist()
 
     def same(self, value: Numbers, target: Numbers) -> bool:
         if np.size(value) == 3 and written_decimals(value) == 1:
             return self._rounded(value, target, 1)
-        one, other = self._matrix(value), self._matrix(target)
-        near = np.abs(one[:3, :3] - other[:3, :3]).max() <= self._slack(value)
-        return bool(near and np.abs(one[:3, 3:] - other[:3, 3:]).max(initial=0) <= self.bound)
+        return bool(np.abs(self._matrix(value) - self._matrix(target)).max() <= self._slack(value))
 
     def coarse(self, value: Numbers, target: Numbers) -> bool:
         return np.size(value) == 3 and written_decimals(value) == 0 and self._rounded(value, target, 0)
@@ -69,11 +64,7 @@ class Pose(Number):
         return "Read in SciPy's order, (x, y, z, w); here a quaternion is written (w, x, y, z)."
 
     def mixups(self, target: Numbers) -> Iterator[tuple[str, Numbers]]:
-        inverse = np.array(self._matrix(target))
-        inverse[:3, :3] = inverse[:3, :3].T
-        yield "That is the transpose: it takes coordinates the other way.", inverse
-        if self.origin:
-            yield "That is the inverse: it takes coordinates the other way.", np.linalg.inv(self._matrix(target))
+        yield "That is the transpose: it takes coordinates the other way.", self._matrix(target).T
         if np.size(target) == 3:
             twin = euler.twin(self.sequence, target, degrees=True)
             for named in (target, twin):
@@ -85,11 +76,9 @@ class Pose(Number):
     def nearly(self, value: Numbers, target: Numbers) -> str:
         if self.coarse(value, target):
             return f"Correct as far as its digits go. Answer with {self.asked}."
-        apart = np.abs(self._matrix(value) - self._matrix(target))[:3].max(axis=0)
-        right = [name for name, far in zip("XYZ", apart, strict=False) if far <= self._slack(value)]
-        if len(right) == 3:
-            return "The axes are right, the origin is not." if self.origin else ""
-        return f"{right[0]} of the frame is right, the other two axes are not." if right else ""
+        apart = np.abs(self._matrix(value) - self._matrix(target)).max(axis=0)
+        right = [name for name, far in zip("XYZ", apart, strict=True) if far <= self._slack(value)]
+        return f"{right[0]} of the frame is right, the other two axes are not." if 0 < len(right) < 3 else ""
 
     def show(self, value: Numbers) -> str:
         return Vector(decimals=self.decimals if np.size(value) == 3 else 6).show(value)
@@ -105,7 +94,7 @@ class Pose(Number):
         """Return how far an entry of the matrix may be off because of the rounding of the answer."""
         if np.size(value) == 3:
             return 3 * np.radians(self.bound)
-        shown = written_decimals(np.asarray(value)[:3])
+        shown = written_decimals(value)
         if np.size(value) == 4:  # an entry of the matrix has products of two entries of q, twice each
             return 2 * 10.0 ** -min(max(shown, 2), 4) * (1 + ROUNDING)
         return 0.5 * 10.0 ** -min(max(shown, 2), 3) * (1 + ROUNDING)
