@@ -84,12 +84,14 @@ def test_clamped():
     np.testing.assert_allclose(said, [4, 3, curve(0.3), curve(0.3, 1)], atol=0.005)
 
 
-def test_moved_aside_and_smoothed(dmu50v, blade):
+def test_moved_aside_and_smoothed(dmu50v, blade, monkeypatch):
+    monkeypatch.setattr(view_path, "MOST_POINTS", 6)
+    monkeypatch.setattr(view_path, "MOVED_MOST", 1.5)
     joints = selection.choose(dmu50v, blade).joints
     crossing = Crossing(dmu50v, blade, joints, (1, 2))
     way = crossing.way("aside", lean=np.radians(1.0))
-    assert f"{way.time:.2f} s" in repr(view_path.moved_aside(crossing, most=1.5))
-    assert "n = 5: the tip is off by up to 5.5" in repr(view_path.smoothed(dmu50v, blade, joints, (1, 2), most=6))
+    assert f"{way.time:.2f} s" in repr(view_path.moved_aside(crossing))
+    assert "n = 5: the tip is off by up to 5.5" in repr(view_path.smoothed(dmu50v, blade, joints, (1, 2)))
 
 
 def test_virtual_time(dmu50v, blade):

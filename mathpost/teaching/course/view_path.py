@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from mathpost.path.cl import CLData
     from mathpost.shop.post.ways import Crossing
 
+MOST_POINTS, MOVED_MOST, BLOCKS = 60, 6.0, 21  # of `smoothed`; degrees of `moved_aside`; of `virtual_time`
 KEPT = np.radians(0.05)  # from the pole, within which the branch may change while the tool axis stays
 
 
@@ -189,12 +190,12 @@ def clamped(rows: np.ndarray) -> Live:
     return printed(figure, moving, (t, dt_1, dt_2, times_1, times_2), sliders, text, height=590)
 
 
-def smoothed(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int], *, most: int = 60) -> Live:
+def smoothed(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int]) -> Live:
     """The method of source 002 with n points, slider n, and the errors of tip and tool axis between the blocks."""
     name = kin.machine.joint_names[workpiece_side := kin.symbols.index(kin.inverse_symbolic.workpiece_side)]
-    counts = np.arange(1, most + 1)
+    counts = np.arange(1, MOST_POINTS + 1)
     ways = [yu_dan.smooth(kin, cl, joints, region, int(n)) for n in counts]
-    tip, axis = np.empty((2, most))
+    tip, axis = np.empty((2, MOST_POINTS))
     for n, (place, rows) in enumerate(ways):
         tip[n], axis[n] = (each.max() for each in strays(kin, cl, Motion.on_part(rows, place)))
 
@@ -218,13 +219,13 @@ def smoothed(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int,
         off = f"the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
         return [f"n = {n}: {off}"]
 
-    return recorded(figure, update, slider("n", 1, most, 5, unit=""), height=470)
+    return recorded(figure, update, slider("n", 1, MOST_POINTS, 5, unit=""), height=470)
 
 
-def virtual_time(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int], *, n: int = 20) -> Live:
+def virtual_time(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[int, int]) -> Live:
     """Both angles on the clamped cubic of source 002, sliders Δt₁ and Δt₂, its axis error and the path's time.
 
-    `n` points are blocks; the axis error is that of the curve itself, at ten times as many.
+    The time is that of 21 blocks; the axis error is that of the curve itself, at ten times as many points.
     """
     first, last = region
     names = kin.machine.joint_names[3:]
@@ -239,7 +240,7 @@ def virtual_time(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[
     panels[1].legend(loc="upper right")
 
     def update(before: float, after: float) -> list[str]:
-        place, fine = yu_dan.smooth(kin, cl, joints, region, 10 * (n + 1) - 1, dt=(before, after))
+        place, fine = yu_dan.smooth(kin, cl, joints, region, 10 * BLOCKS - 1, dt=(before, after))
         rows = fine[::10]
         for curve, angle in zip(curves, rows[:, 3:].T, strict=True):
             curve.set_data(place[::10] + 1, np.degrees(angle))
@@ -249,13 +250,13 @@ def virtual_time(kin: Kinematics, cl: CLData, joints: np.ndarray, region: tuple[
         asked = block_times(kin.machine, path, kin.forward(path)[0], no_feed, cutting)
         seconds = time_law(kin.machine, path, asked).seconds[-1]
         least = np.degrees(fine[:, 3].min())
-        return [f"least {names[0]} {least:.2f}°, tool axis off by {off:.2f}°, {seconds:.2f} s in {n + 1} blocks"]
+        return [f"least {names[0]} {least:.2f}°, tool axis off by {off:.2f}°, {seconds:.2f} s in {BLOCKS} blocks"]
 
     sliders = [slider(name, 0.1, 2, 1, step=0.1, unit="") for name in ("Δt₁", "Δt₂")]
     return recorded(figure, update, *sliders, height=490)
 
 
-def moved_aside(crossing: Crossing, *, most: float = 6.0) -> Live:
+def moved_aside(crossing: Crossing) -> Live:
     """The tool axis moved aside by a slider's degrees: a map about the pole, and the swinging axis over time."""
     direct, kin = crossing.way("direct"), crossing.kin
     if direct.law is None:
@@ -284,4 +285,4 @@ def moved_aside(crossing: Crossing, *, most: float = 6.0) -> Live:
         peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
         return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
 
-    return recorded(figure, update, slider("moved by", 0.25, most, 1.0, step=0.25), height=500)
+    return recorded(figure, update, slider("moved by", 0.25, MOVED_MOST, 1.0, step=0.25), height=500)
