@@ -117,7 +117,7 @@ class Rotation:
 def read(notation: str, values: ArrayLike, *, radians: bool | None = None) -> Rotation:
     """Return the `Rotation` that numbers mean in a notation.
 
-    `notation` is ``"matrix"`` (row by row, 9 numbers, or 16 of a 4×4 matrix; ``"rows"`` if its rows are the axes),
+    `notation` is ``"matrix"`` (row by row, 9 numbers; ``"rows"`` if its rows are the axes),
     ``"wxyz"`` or ``"xyzw"`` of a quaternion, ``"vector"`` (axis times angle), ``"axis-angle"``, ``"from-to"`` (the
     shortest turn of one direction into another), ``"x-y"``, ``"x-z"`` or ``"z-x"`` (two axes of the turned frame,
     the first kept), a sequence of `mathpost.euler` such as ``"ZYX"`` or ``"xyz"``, or a key of `WRITERS` such as
@@ -142,8 +142,6 @@ def read(notation: str, values: ArrayLike, *, radians: bool | None = None) -> Ro
         except InputError:
             raise InputError("notation", EXPECTED, repr(notation)) from None
     flat, count = np.ravel(np.asarray(values, dtype=object)), COUNTS.get(kind, 3)
-    if len(flat) == 16 and count == 9:
-        return _of_homogeneous(kind, flat)
     numbers = as_array(flat, len(flat), notation)
     if len(flat) != count:
         raise InputError(notation, f"{count} numbers", f"{len(flat)}")
@@ -217,18 +215,6 @@ def _of_directions(kind: str, first: np.ndarray, second: np.ndarray) -> Rotation
     third = sense * unit(across)
     axes = {kept: one, other: sense * unit(np.cross(third, one)), (set("XYZ") - {kept, other}).pop(): third}
     return _found(np.stack([axes[name] for name in "XYZ"], axis=1), said)
-
-
-def _of_homogeneous(kind: str, values: np.ndarray) -> Rotation:
-    """A 4×4 matrix: where its translation stands says whether it is transposed."""
-    entries = np.reshape(values, (4, 4))
-    if not np.array_equal(entries[3].astype(float), (0, 0, 0, 1)):
-        if not np.array_equal(entries[:, 3].astype(float), (0, 0, 0, 1)):
-            raise InputError("matrix", "a last row 0 0 0 1, or a last column", " ".join(map(str, entries[3])))
-        inner = read(kind, entries[:3, :3].T)
-        said = "the translation stands in the last row: the matrix is for points as rows, and was transposed"
-        return replace(inner, found=(said, *inner.found))
-    return read(kind, entries[:3, :3])
 
 
 def _of_matrix(matrix: np.ndarray, half: float) -> Rotation:

@@ -119,11 +119,8 @@ def test_the_lock_is_said_as_far_as_the_digits_tell(capsys):
     assert found.locked("ZYX") and not found.locked("ZXZ")
 
 
-def test_a_matrix_for_rows_of_points_and_an_inverse(capsys):
+def test_the_answer_ends_with_the_inverse(capsys):
     right = Rotation.from_euler("ZYX", [10, 20, 30], degrees=True).as_matrix()
-    four = np.eye(4)
-    four[:3, :3], four[3, :3] = right.T, [7, 8, 9]
-    assert np.abs(read_rotation("matrix", four).matrix - right).max() < 1e-12
     assert main(["rotation", "matrix", *map(str, right.T.ravel())]) == 0
     assert "ZYX 10.0000 20.0000 30.0000" in capsys.readouterr().out.split("the inverse")[1]
 
@@ -135,7 +132,7 @@ def test_a_matrix_for_rows_of_points_and_an_inverse(capsys):
         ("rotation kuka 1 2", "kuka: expected 3 numbers, found 2"),
         ("rotation wxyz 0 0 0 0", "one of length zero"),
         ("rotation ZYX 1 2 x", "expected numbers, found 'x'"),
-        ("rotation matrix " + "1 " * 16, "a last row 0 0 0 1"),
+        ("rotation matrix " + "1 " * 16, "9 numbers"),
     ],
 )
 def test_what_cannot_be_read_is_refused(words, said, capsys):

@@ -30,7 +30,7 @@ class Information:
 
     @classmethod
     def of_all(cls, files: Sequence[Information]) -> Information:
-        """What files say together."""
+        """The information of several files together: their sum."""
         return cls(
             np.sum([each.matrix for each in files], axis=0),
             np.sum([each.vector for each in files], axis=0),
@@ -39,7 +39,7 @@ class Information:
         )
 
     def best(self) -> tuple[float, int]:
-        """By how much the square falls if the unknowns are as this says, and how many it tells of."""
+        """By how much the square falls at the unknowns that fit best, and how many unknowns this determines."""
         size, vectors = np.linalg.eigh(self.matrix)
         told = size > NOTHING * max(size[-1], NOTHING)
         return float(((self.vector @ vectors[:, told]) ** 2 / size[told]).sum()), int(told.sum())
@@ -74,7 +74,7 @@ def apart(problem: Problem, solution: Solution) -> list[str]:
 
 
 def _informations(problem: Problem, solution: Solution) -> list[Information]:
-    """What each source says, and at last what was known before; about the `solution`."""
+    """The `Information` of each source, and last of what was known before, linear about the `solution`."""
     kept = problem.sought(effects=True, drift=3)
     alone = {n for part in (*problem.drifts, *problem.places) for n in range(part.start, part.stop)}
     shared = [n for n in kept if n not in alone]

@@ -66,7 +66,7 @@ class Calibration:
         return self.value(self.values[name], np.eye(len(self.values))[index])
 
     def of(self, function: Callable[[Machine], list[float]]) -> list[Value]:
-        """Return numbers of the machine as its control displays it, each as `Value`, by a function to a list."""
+        """Return numbers that `function` lists of the machine as its control displays it, each as `Value`."""
 
         def at(name: str, step: float) -> np.ndarray:
             return np.array(function(displayed(self.nominal, self.values | {name: self.values[name] + step})))

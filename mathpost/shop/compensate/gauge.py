@@ -19,7 +19,7 @@ SQUARE = 1e-6  # sine of an angle that is none
 
 
 def bar(table: Table, machine: Machine) -> dict[str, Value]:
-    """By how much a bar is longer than the tool, and its ball's radius: those that were touched, as `Value`, mm."""
+    """By how much a bar is longer than the tool, and the radius of its ball, mm, as far as they were touched."""
     tool = unit(machine.tool_axis)
     lengths: list[float] = []
     radii: list[float] = []

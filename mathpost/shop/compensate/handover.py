@@ -54,7 +54,7 @@ def machine_file(calibration: Calibration, path: str | Path) -> str:
 
 
 def _replace(table: tomlkit.items.Table, key: str, vector: Iterable[float]) -> None:
-    """Put a vector in the place of the one that is there, whose comment stays."""
+    """Replace a vector in a table; the comment behind it stays."""
     if key in table and list(table[key]) == list(vector):
         return
     found = tomlkit.array()

@@ -249,7 +249,7 @@ def table_position(
 
 @lru_cache(maxsize=len(SQUARENESS))
 def out_of_square(name: str) -> tuple[int, np.ndarray]:
-    """The slide that a squareness error turns, as an index, and where 1 rad sends it aside on 1 mm, shape (3,)."""
+    """The index of the slide that a squareness error turns, and where 1 rad sends it aside on 1 mm, shape (3,)."""
     slide = "XYZ".index(name[3])
     aside = np.cross(np.eye(3)["ABC".index(name[1])], np.eye(3)[slide])
     aside.flags.writeable = False
@@ -358,12 +358,12 @@ def _table(entry: TomlTable, path: Path | str, machine: Machine) -> list[tuple[i
 
 
 def is_length(name: str) -> bool:
-    """Return whether an error is a displacement, mm, and no rotation, radians; E10B goes along no machine axis."""
+    """Return whether an error is a displacement, not a rotation; that of E10B is along no machine axis."""
     return name[1] in "XYZ12"
 
 
 def shown_in(name: str) -> tuple[float, str]:
-    """Return how many of the unit in which an error is shown make a mm or a radian, and the unit."""
+    """Return the factor from mm or radians to the unit in which an error is shown, and the unit."""
     return (1e3, "µm") if is_length(name) else (1e6, "µrad")
 
 

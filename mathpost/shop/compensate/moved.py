@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def unknowns(machine: Machine) -> list[str]:
-    """Return the names of the geometry's unknowns, those first that are given up last."""
+    """Return the names of the geometry's unknowns; of two that readings cannot tell apart the later is given up."""
     errors = [rotary_axis.location_errors(each)[0] for each in machine.rotary]
     spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
     offsets, tilts = ([name for each in errors for name in each[part]] for part in (slice(2), slice(2, 4)))
@@ -25,7 +25,7 @@ def unknowns(machine: Machine) -> list[str]:
 
 
 def displayed(machine: Machine, values: dict[str, float]) -> Machine:
-    """Return `machine` moved by `values` as a control displays it that does not know that its spindle leans.
+    """Return `machine` moved by `values` as a control that does not know of its leaning spindle displays it.
 
     The tip of the machine's tool is at rotary zero beside where it is displayed, and so a table is displayed beside
     where it is. With a tool of another length it is so by another amount.

@@ -49,7 +49,7 @@ class Positioning:
 
     @property
     def unit(self) -> tuple[float, str]:
-        """How many of the unit in which the error is shown make a radian or a mm, and the unit."""
+        """The factor from radians or mm to the unit in which the error is shown, and the unit."""
         return unit_of(self.joint)
 
     def curve(self, values: np.ndarray) -> Curve:
@@ -63,7 +63,7 @@ class Positioning:
 
 
 def unit_of(joint: int) -> tuple[float, str]:
-    """Return how many of the unit of a joint's positioning error make a radian or a mm, and the unit."""
+    """Return the factor from radians or mm to the unit in which the error of a joint is shown, and the unit."""
     return (np.degrees(3600), "arcsec") if joint > 2 else (1e3, "µm")
 
 

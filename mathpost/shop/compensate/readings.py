@@ -103,7 +103,7 @@ def template(method: str, machine: Machine) -> str:
 
 
 def _example(method: str, machine: Machine) -> str:
-    """The first lines of a file of `method`."""
+    """The first lines of a file of `method`, with the names of the machine's axes."""
     tables = [each.name for each in machine.rotary if each.carries == "workpiece"]
     axes = ",".join(rotary.name for rotary in machine.rotary)
     return METHODS[method]["example"].replace("{axes}", axes).replace("{table}", (tables or [axes[-1]])[-1])
@@ -141,7 +141,7 @@ def read_table(path: Path | str, machine: Machine, **settings: Any) -> Table:
 
 
 def taken(table: Table, machine: Machine) -> Read:
-    """Take a table of any method for what it says; see `read`. Units in the table are obeyed, in place."""
+    """Return what a table of any method says, as `read` does. Units in the table are obeyed, in place."""
     method = table.settings["method"]
     if method == "bar":
         _obey_places(table, ("at",))
