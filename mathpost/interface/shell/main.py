@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stopping.take(stopping.in_order)
             gc.disable()  # all that is loaded stays: to look through it takes a fifth of a short command
         if sys.stderr is None:
-            sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as the process runs
+            sys.stderr = io.StringIO()  # which nobody reads
         if sys.stdout is None:  # a file that is opened would take its place
             raise OSError(errno.EBADF, "closed")
         for stream in (sys.stdout, sys.stderr):  # names of files may be no UTF-8
@@ -85,7 +85,7 @@ def _refused(error: BaseException) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     elif isinstance(error, OSError):  # standard output is closed, or its disk is full
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
+        sys.stdout = io.StringIO()  # what is left to be written goes nowhere
         place = "standard output" if error.filename is None else one_line(str(error.filename))  # too long a name
         print(f"mathpost: {place}: {error.strerror or error}", file=sys.stderr)
     elif isinstance(error, Exception):

@@ -89,7 +89,7 @@ class Run:
 def _work(connection: Connection, work: Callable, words: list[str], folder: Path) -> None:
     """Run, in the new process, and send progress and result."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the kernel's own
-    sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, for as long as it lives
+    sys.stdout = sys.stderr = io.StringIO()  # which nobody reads
     threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
 
     def say(stage: str = "", done: int = 0, total: int = 0, row: str = "") -> None:

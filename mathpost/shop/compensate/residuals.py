@@ -33,13 +33,13 @@ MANY = 2000  # readings of a file beyond which patterns are not sought
 def refuse_absurd(found: Calibration) -> None:
     """Raise `InputError` for a `Calibration` that leaves an axis open by more than any machine is wrong."""
     for name in found.values:
-        most, unit = LARGEST[is_length(name)]
-        if found[name].U > most:  # noqa: SIM300, no constant
+        expanded, (most, unit) = found[name].U, LARGEST[is_length(name)]
+        if expanded > most:
             said = "(two balls in one file need a column setup; more angles help)"
             expected = f"readings that tell {name} to ± {most:g} {unit} or better {said}"
             worst = max(found.residuals, key=lambda each: abs(each.times), default=None)
             row = f"; {worst.file}, line {worst.line}, column {worst.column!r} fits least" if worst else ""
-            raise InputError(", ".join(found.noise) or "readings", expected, f"± {found[name].U:.3g} {unit}{row}")
+            raise InputError(", ".join(found.noise) or "readings", expected, f"± {expanded:.3g} {unit}{row}")
 
 
 def left_out(problem: Problem, solution: Solution, found: Calibration) -> list[str]:
