@@ -39,10 +39,6 @@ def estimate(machine: Machine, read: Sequence[Read]) -> Calibration:
     problem = Problem(machine, blocks, seen)
     solution = problem.solve()
     found = _calibration(problem, solution, bars[0] if bars else {})
-    methods = [*(each.method for each in blocks), *["laser"] * bool(seen), *["bar"] * bool(bars)]
-    left = tuple(residuals.residuals(problem, solution))
-    found = replace(found, residuals=left, methods=tuple(dict.fromkeys(methods)))
-    found = replace(found, unchecked=bool(blocks) and float(solution.spare.sum()) < residuals.SPARE)
     if not seen and set(found.values) <= set(found.assumed):
         raise InputError(", ".join(found.noise), "readings at several angles of an axis", "none that tells of one")
     residuals.refuse_absurd(found)
@@ -77,4 +73,17 @@ def _calibration(problem: Problem, solution: Solution, bar: dict[str, Value]) ->
     assumed = {name: "not measured: as in the machine file" for name in names if name not in values}
     left = [name for name in values if not problem.determined(solution, name)]
     assumed |= further.reasons(problem, left, float(np.median(solution.sigmas)))
-    return Calibration(problem.machine, values, tables, tuple(parts), assumed, noise, bar, problem.about)
+    methods = [*(each.method for each in problem.blocks), *["laser"] * bool(tables), *["bar"] * bool(bar)]
+    return Calibration(
+        problem.machine,
+        values,
+        tables,
+        tuple(parts),
+        assumed,
+        noise,
+        bar,
+        problem.about,
+        unchecked=bool(problem.blocks) and float(solution.spare.sum()) < residuals.SPARE,
+        residuals=tuple(residuals.residuals(problem, solution)),
+        methods=tuple(dict.fromkeys(methods)),
+    )

@@ -78,10 +78,9 @@ def far_off(found: Calibration) -> list[str]:
 def judge(problem: Problem, solution: Solution) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return doubts and notes, tuples of sentences, on a `problem` and its `solution`."""
     doubts, notes = [], []
-    for number, (block, own) in enumerate(zip(problem.blocks, problem.rows, strict=False)):
-        file = _File(block, solution, own, solution.freedom[number])
-        doubts += [*block.doubts, *file.noise(), *(file.worst() or file.pattern())]
-        notes += [*block.notes]
+    for file in _files(problem, solution):
+        doubts += [*file.block.doubts, *file.noise(), *(file.worst() or file.pattern())]
+        notes += [*file.block.notes]
     for each in problem.tables:
         doubts += each.doubts
         notes += each.notes
@@ -133,12 +132,15 @@ class Residual:
 
 def residuals(problem: Problem, solution: Solution) -> Iterator[Residual]:
     """Yield the `Residual` of each reading of an axis."""
-    for number, (block, own) in enumerate(zip(problem.blocks, problem.rows, strict=False)):
-        file = _File(block, solution, own, solution.freedom[number])
-        for (line, column), off, times in zip(
-            block.rows, file.scaled * file.sigma, file.studentized(), strict=True
-        ):
-            yield Residual(block.where, line, column, float(1e3 * off), float(times))
+    for file in _files(problem, solution):
+        off, times, name = 1e3 * (file.scaled * file.sigma), file.studentized(), file.block.where
+        for (line, column), *numbers in zip(file.block.rows, off.tolist(), times.tolist(), strict=True):
+            yield Residual(name, line, column, *numbers)
+
+
+def _files(problem: Problem, solution: Solution) -> Iterator[_File]:
+    for block, own, freedom in zip(problem.blocks, problem.rows, solution.freedom, strict=False):
+        yield _File(block, solution, own, freedom)
 
 
 class _File:
