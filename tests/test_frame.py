@@ -77,19 +77,6 @@ def test_way_of_a_point_on_every_machine(kin, rng):
     np.testing.assert_allclose(workpiece_from_tool.z, axis, atol=1e-14)
 
 
-def test_only_what_carries_turns(kin):
-    """A table turns the workpiece and leaves the tool alone, a head the other way round: measured, axis by axis."""
-    still = machine_frames(kin.machine, np.zeros(5))
-    for n, rotary in enumerate(kin.machine.rotary):
-        turned = machine_frames(kin.machine, np.eye(5)[3 + n])
-        changed = [not np.allclose(a.rotation, b.rotation) for a, b in zip(still, turned, strict=True)]
-        assert changed == [rotary.carries == "workpiece", rotary.carries == "tool"]
-        # A point on the axis stays, and the carried body turns right-handed by the programmed angle.
-        body = turned[changed.index(True)].rotation @ still[changed.index(True)].rotation.T
-        expected = Rotation.from_rotvec(np.array(rotary.axis) / np.linalg.norm(rotary.axis)).as_matrix()
-        np.testing.assert_allclose(body, expected, atol=1e-15)
-
-
 @pytest.mark.parametrize("tool", [(0, 0, 1), (0, 0, -1), (3, 0, 4), (0, -5, -12), (1, 2, 2)])
 def test_the_tool_frame_is_turned_the_shortest_way_from_machine_z(tool):
     _, found = machine_frames(machine_file.from_dict(content((0, 1, 0), (1, 1, -1), tool=tool)), np.zeros(5))

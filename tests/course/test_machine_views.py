@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from PIL import Image
-from scipy.spatial.transform import Rotation
 
 from mathpost import load_machine
 from mathpost.errors import InputError
@@ -24,7 +23,7 @@ from mathpost.teaching.draw.picture import View, camera, spread
 from mathpost.teaching.draw.scene import Scene
 from mathpost.teaching.draw.solid import Hull, Lofted, Turned, block, put, ring, smooth
 from tests.conftest import DATA
-from tests.machines import machines, random_joints
+from tests.machines import machines, random_joints, with_slides
 
 
 @pytest.fixture(scope="module")
@@ -45,37 +44,10 @@ def test_bodies_stand_where_the_chain_has_tool_and_workpiece(kin):
         )
 
 
-@pytest.mark.parametrize("under", ["", "X", "YX", "ZY", "XYZ"])
-def test_slides_that_carry_the_workpiece_move_it_the_other_way(kin, under):
-    """The tool goes through the workpiece as before; each slide moves what stands on it, and nothing else."""
-    linear = tuple(
-        replace(slide, carries="workpiece" if slide.name in under else "tool") for slide in kin.machine.linear
-    )
-    order = (*under, *(name for name in "ZXY" if name not in under))
-    shown = replace(kin.machine, linear=linear, slide_order=order)
-    places, before = placing(shown), placing(kin.machine)
-    for joints in random_joints(kin, 5, seed=3):
-        here, there = places(joints), before(joints)
-        seen, expected = (np.linalg.inv(each["workpiece"]) @ each["tool"] for each in (here, there))
-        assert seen == pytest.approx(expected, abs=1e-9)
-        for number, name in enumerate("XYZ"):
-            step = np.eye(5)[number] * 7
-            moved = [body for body, place in places(joints + step).items() if not np.allclose(place, here[body])]
-            way = [*order[: len(under)], "workpiece"] if name in under else [*order[len(under) :], "tool"]
-            assert set(moved) & {*"XYZ", "workpiece", "tool", "bed"} == {*way[way.index(name) :]}
-    assert len(arrange(Kinematics(shown)).solids) >= len(arrange(kin).solids)
-
-
-def test_a_carried_body_turns_about_its_own_axis(kin):
-    places = placing(kin.machine)
-    first = kin.machine.rotary[0]
-    for angle in (-2.0, 0.3, 1.5):
-        placed = places([0, 0, 0, angle, 0])[first.name]
-        turned = Rotation.from_rotvec(angle * unit(np.array(first.axis))).as_matrix()
-        assert placed[:3, :3] == pytest.approx(turned, abs=1e-12)
-        on_axis = np.array([*first.point, 1.0])
-        still = places(np.zeros(5))[first.name] @ on_axis
-        assert placed @ on_axis == pytest.approx(still, abs=1e-9)
+@pytest.mark.parametrize("under", ["X", "YX", "XYZ"])
+def test_slides_under_the_workpiece_are_drawn_too(dmu50v, under):
+    shown = with_slides(dmu50v.machine, under, "".join(name for name in "ZXY" if name not in under))
+    assert len(arrange(Kinematics(shown)).solids) >= len(arrange(dmu50v).solids)
 
 
 @settings(deadline=None, max_examples=2)
