@@ -139,8 +139,8 @@ def strays(what, kin, joints, vectors):
 
 
 @pytest.mark.parametrize(("turn", "off"), SIZES)
-def test_the_largest_is_that_of_all_moves(kin, turn, off):
-    for seed in range(5):
+def test_the_largest_is_that_of_all_moves(kin, turn, off, of):
+    for seed in range(of(2, 5)):
         joints, tips, axes, reached = paths(kin, seed, turn, off)
         expected = of_all(kin, joints, tips, axes)
         most = bounds(kin.machine, joints, tips, axes, reached)

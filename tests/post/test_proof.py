@@ -214,7 +214,10 @@ def tcp_words(kin, blocks):
 
 @pytest.mark.parametrize(
     ("option", "value"),
-    [(name, value) for name in ("clearance", "lean") for value in (0.0, -1.0, float("nan"), float("inf"))],
+    [
+        *((name, value) for name in ("clearance", "lean") for value in (0.0, -1.0, float("nan"), float("inf"))),
+        ("lean", np.pi / 2),
+    ],
 )
 def test_ways_of_no_use_are_refused(dmu50v, blade, option, value):
     with pytest.raises(InputError, match=rf"{option}: expected .* above 0"):

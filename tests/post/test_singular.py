@@ -214,19 +214,6 @@ def test_wrong_names_are_refused(dmu50v, blade):
         Crossing(dmu50v, blade, joints, (1, 2)).way("over")
 
 
-@pytest.mark.parametrize(
-    ("option", "value", "expected"),
-    [
-        *(("lean", value, "above 0 and below π/2") for value in (0.0, np.pi / 2, 2.0)),
-        *(("clearance", value, "mm above 0") for value in (0.0, np.inf)),
-    ],
-)
-def test_a_way_that_leads_nowhere_is_refused(dmu50v, blade, option, value, expected):
-    crossing = Crossing(dmu50v, blade, selection.choose(dmu50v, blade).joints, (1, 2))
-    with pytest.raises(InputError, match=expected):
-        crossing.way("aside", **{option: value})
-
-
 def test_the_cubic_lifted_turns_in_the_air_only(dmu50v, blade):
     """Equations (9) and (10): before anything turns 20 mm along the tool axis, back when all has turned."""
     joints = selection.choose(dmu50v, blade).joints
