@@ -29,13 +29,6 @@ def test_within_u_or_said(case, of):
     assert doubted == 1 or case not in ALWAYS
 
 
-def _found(tmp_path, content, kind="table"):
-    (tmp_path / "machine.toml").write_text(simulated.toml(kind), encoding="utf-8")
-    path = tmp_path / "readings.csv"
-    path.write_text(content, encoding="utf-8")
-    return calibrate(machines.load(tmp_path / "machine.toml"), [path])
-
-
 def _change(**changes):
     return lambda columns: (
         columns | {name: columns[other.strip("-")] * (-1) ** ("-" in other) for name, other in changes.items()}
@@ -52,9 +45,9 @@ def _change(**changes):
         ({"ez": "-ez"}, "the sign of ez"),
     ],
 )
-def test_the_likely_cause_is_named(changes, cause, tmp_path):
+def test_the_likely_cause_is_named(changes, cause, calibrated):
     machine = Simulated("table", np.random.default_rng(3))
-    found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), change=_change(**changes)))
+    found = calibrated(simulated.ball(machine, np.random.default_rng(4), change=_change(**changes)))
     assert not found.fits and f"likely cause: {cause}" in found.doubts[-1]
 
 
@@ -77,39 +70,37 @@ def test_the_cause_in_a_long_file_is_sought_in_readings_from_its_first_to_its_la
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_sign_that_drift_and_squareness_take_up_is_named(seed, tmp_path):
+def test_a_sign_that_drift_and_squareness_take_up_is_named(seed, calibrated):
     machine = Simulated("mixed", np.random.default_rng(seed))
-    found = _found(
-        tmp_path, simulated.ball(machine, np.random.default_rng(9), change=_change(B="-B")), kind="mixed"
-    )
+    found = calibrated(simulated.ball(machine, np.random.default_rng(9), change=_change(B="-B")), kind="mixed")
     assert "likely cause: the sign of B" in found.doubts[-1]
 
 
-def test_a_sign_that_is_wrong_in_all_files_is_named(tmp_path):
+def test_a_sign_that_is_wrong_in_all_files_is_named(calibrated):
     machine = Simulated("mixed", np.random.default_rng(3))
-    (tmp_path / "machine.toml").write_text(simulated.toml("mixed"), encoding="utf-8")
-    for name, method in (("one.csv", simulated.ball), ("two.csv", simulated.probe)):
-        content = method(machine, np.random.default_rng(4), change=_change(B="-B"))
-        (tmp_path / name).write_text(content, encoding="utf-8")
-    with pytest.raises(InputError, match=r"fit no values; .*one.csv, .*two.csv: likely cause: the sign of B"):
-        calibrate(machines.load(tmp_path / "machine.toml"), [tmp_path / "one.csv", tmp_path / "two.csv"])
+    ball, probe = (
+        method(machine, np.random.default_rng(4), change=_change(B="-B"))
+        for method in (simulated.ball, simulated.probe)
+    )
+    with pytest.raises(InputError, match=r"fit no values; .*0.csv, .*1.csv: likely cause: the sign of B"):
+        calibrated(ball, probe, kind="mixed")
 
 
-def test_readings_along_the_tables_axes_are_no_ball(tmp_path):
+def test_readings_along_the_tables_axes_are_no_ball(calibrated):
     machine = Simulated("table", np.random.default_rng(3))
     content = simulated.ball(machine, np.random.default_rng(4), sensor=True)
-    assert _found(tmp_path, content).fits
-    found = _found(tmp_path, content.replace("method = sensor", "method = ball"))
+    assert calibrated(content).fits
+    found = calibrated(content.replace("method = sensor", "method = ball"))
     assert "likely cause: another method: sensor" in found.doubts[-1]
 
 
-def test_the_row_with_the_chip_is_named(tmp_path):
+def test_the_row_with_the_chip_is_named(calibrated):
     def chip(columns):
         columns["ey"][11] += 0.15
         return columns
 
     machine = Simulated("table", np.random.default_rng(3))
-    doubts = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), change=chip)).doubts
+    doubts = calibrated(simulated.ball(machine, np.random.default_rng(4), change=chip)).doubts
     assert "line 15, column 'ey': +15" in doubts[1]
 
 
@@ -120,9 +111,9 @@ def test_the_row_with_the_chip_is_named(tmp_path):
         ((0, 0, 0), 0.05, "the readings drift by up to 5"),
     ],
 )
-def test_what_no_machine_in_good_order_has_is_doubted(square, drift, doubt, tmp_path):
+def test_what_no_machine_in_good_order_has_is_doubted(square, drift, doubt, calibrated):
     machine = Simulated("table", np.random.default_rng(3), square)
-    found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), drift=drift))
+    found = calibrated(simulated.ball(machine, np.random.default_rng(4), drift=drift))
     assert any(doubt in each and "a sign or a column is wrong" in each for each in found.doubts)
 
 
@@ -133,8 +124,8 @@ def test_what_no_machine_in_good_order_has_is_doubted(square, drift, doubt, tmp_
         (("A", 0), 0.006, "the readings drift by"),
     ],
 )
-def test_what_nobody_measured_is_said(positioning, drift, note, tmp_path):
+def test_what_nobody_measured_is_said(positioning, drift, note, calibrated):
     machine, (name, size) = Simulated("table", np.random.default_rng(3)), positioning
     machine.positioning[name] = lambda q: size * simulated.ARCSEC * np.sin(q)
-    found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), drift=drift))
+    found = calibrated(simulated.ball(machine, np.random.default_rng(4), drift=drift))
     assert found.fits and any(note in each for each in found.notes)

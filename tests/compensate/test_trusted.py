@@ -56,21 +56,15 @@ def within(found, machine):
     ]
 
 
-def calibrated(folder, machine, content):
-    (folder / "machine.toml").write_text(simulated.toml(machine.kind), encoding="utf-8")
-    (folder / "one.csv").write_text(content, encoding="utf-8")
-    return calibrate(machines.load(folder / "machine.toml"), [folder / "one.csv"])
-
-
 @pytest.mark.parametrize(("kind", "change"), [(simulated.ball, reversed_signs), (simulated.probe, wrong_radius)])
-def test_signs_and_a_radius_spoil_the_answer_and_do_not_show(kind, change, tmp_path):
+def test_signs_and_a_radius_spoil_the_answer_and_do_not_show(kind, change, calibrated):
     """This is why they are taken on trust."""
     machine = Simulated("table", np.random.default_rng(3))
-    found = calibrated(tmp_path, machine, kind(machine, np.random.default_rng(4), change=change))
+    found = calibrated(kind(machine, np.random.default_rng(4), change=change))
     assert found.fits and max(within(found, machine)) > 10
 
 
-def test_a_drift_that_bends_is_taken_out(tmp_path):
+def test_a_drift_that_bends_is_taken_out(calibrated):
     """A warm-up of 12 µm with a third of the run as its time, along Z: within U as often as U says."""
     inside = []
 
@@ -79,9 +73,7 @@ def test_a_drift_that_bends_is_taken_out(tmp_path):
 
     for seed in range(6):
         machine = Simulated("table", np.random.default_rng(seed))
-        found = calibrated(
-            tmp_path, machine, simulated.ball(machine, np.random.default_rng(seed), noise=1e-3, change=warm)
-        )
+        found = calibrated(simulated.ball(machine, np.random.default_rng(seed), noise=1e-3, change=warm))
         assert any("as far as it is steady or bends once" in note for note in found.notes)
         inside += [times < 1 for times in within(found, machine)]
     assert np.mean(inside) > 0.9
