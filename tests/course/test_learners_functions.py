@@ -2,18 +2,21 @@
 
 import json
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from mathpost import postprocess
+from mathpost import machine_file, postprocess
+from mathpost.kinematics import Kinematics
 from mathpost.path import cl, selection
 from mathpost.teaching.course import exercise
 from mathpost.teaching.course.lesson_data import load
 from mathpost.teaching.course.verdict import RIGHT
 from tests.conftest import ROOT
+from tests.machines import SIDES, content
 
 CELLS = (
     "foot", "arriving", "pole-candidates", "measure", "division", "division-2", "followed", "stations",
@@ -21,73 +24,22 @@ CELLS = (
 POLE = np.array([0, 0, 1.0])
 
 
-def turned(axis, angle):
-    """Rodrigues' formula, for an array of angles."""
-    x, y, z = np.array(axis) / np.linalg.norm(axis)
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.asarray(angle)[..., None, None]
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
+def drawn(rng):
+    """A machine with C about the vertical, along which its tool can stand, and a second axis in any direction."""
+    lean, heading = rng.choice([np.pi / 2, rng.uniform(0.3, np.pi / 2)]), rng.uniform(0, 2 * np.pi)
+    axis = np.array([np.sin(lean) * np.cos(heading), np.sin(lean) * np.sin(heading), np.cos(lean)])
+    tool = Rotation.from_rotvec(rng.choice([0, rng.uniform(-1, 1)]) * axis).apply(POLE)
+    sides, turning = SIDES[rng.integers(3)], (0, 0, rng.choice([-1.0, 1.0]))
+    axes = (axis, turning) if sides[1] == "workpiece" else (turning, axis)
+    points = rng.uniform(-200, 200, (2, 3))
+    return Kinematics(machine_file.from_dict(content(*axes, sides, point=points.tolist(), tool=tool)))
 
 
-class Machine:
-    """What the lesson asks of a machine, in NumPy: C about the vertical, and a second axis in any direction.
-
-    `heads`, 0 to 2, is how many of the two carry the tool, `zero` the angle of the second one at the pole, `lever`
-    runs from the second axis to the part or the tip, `centre` is a point of C.
-    """
-
-    def __init__(self, axis, heads=2, zero=0.0, lever=(0, 0, -380.0), centre=(0, 0, 0), sense=1):
-        self.axis, self.heads, self.zero, self.sense = np.array(axis) / np.linalg.norm(axis), heads, zero, sense
-        self.lever, self.centre, self.workpiece_side = np.array(lever), np.array(centre), 3 if heads else 4
-        self.tool = turned(self.axis, -zero) @ POLE
-
-    @classmethod
-    def drawn(cls, rng):
-        lean, heading = rng.choice([np.pi / 2, rng.uniform(0.3, np.pi / 2)]), rng.uniform(0, 2 * np.pi)
-        axis = [np.sin(lean) * np.cos(heading), np.sin(lean) * np.sin(heading), np.cos(lean)]
-        zero = rng.choice([0, rng.uniform(-1, 1)])
-        lever, centre = rng.uniform(-200, 200, 3), rng.uniform(-50, 50, 3)
-        return cls(axis, rng.integers(3), zero, lever, centre, rng.choice([-1, 1]))
-
-    def turns(self, rotary):
-        c = self.workpiece_side - 3
-        return turned([0, 0, self.sense], rotary[..., c]), turned(self.axis, rotary[..., 1 - c])
-
-    def forward(self, joints):
-        (c, b), slides = self.turns(joints[..., 3:]), joints[..., :3]
-        lever, centre = self.lever[:, None], self.centre[:, None]
-        if self.heads == 2:
-            tip = slides[..., None] + c @ b @ lever - lever
-        elif self.heads == 1:
-            tip = c @ (slides[..., None] + b @ lever - lever - centre) + centre
-        else:
-            tip = c @ (b @ (slides[..., None] - lever) + lever - centre) + centre
-        return tip[..., 0], c @ b @ self.tool
-
-    def close(self, tip, rotary):
-        joints = np.concatenate([np.zeros((*np.shape(rotary)[:-1], 3)), rotary], axis=-1)
-        if self.heads == 2:
-            joints[..., :3] = tip - self.forward(joints)[0]
-            return joints
-        c, b = (np.swapaxes(each, -1, -2) for each in self.turns(joints[..., 3:]))
-        tip = c @ (np.asarray(tip) - self.centre)[..., None] + self.centre[:, None]
-        lever = self.lever[:, None]
-        slides = tip + lever - np.swapaxes(b, -1, -2) @ lever if self.heads else b @ (tip - lever) + lever
-        joints[..., :3] = slides[..., 0]
-        return joints
-
-    def inverse(self, tip, axis):
-        r, below = 1 - self.axis[2] ** 2, np.sum((axis - POLE) ** 2) / 2  # k = 1 - r (1 - cos(b - zero))
-        psi = 2 * np.arctan2(np.sqrt(below), np.sqrt(max(2 * r - below, 0)))
-        found = []
-        for b in (self.zero + psi, self.zero - psi):
-            w = turned(self.axis, b) @ self.tool
-            c = self.sense * np.arctan2(w[0] * axis[1] - w[1] * axis[0], w[:2] @ axis[:2])
-            found.append(self.close(tip, np.array([c, b] if self.heads else [b, c])))
-        return np.array(found)
-
-
-NUTATING = Machine([0, 1, 1])  # that of data/machines, in NumPy
+NUTATING = load("nutating_head")
+# What lesson 06 says that somebody's own machine must have.
+OWN = SimpleNamespace(
+    **{name: getattr(NUTATING, name) for name in ("forward", "inverse", "close", "workpiece_side")}
+)
 
 
 def functions(lesson, cells):
@@ -124,24 +76,16 @@ def over_the_pole(first, last, beside=0.0, heading=0.0):
     """Tool axes at two tilts in a plane that passes the pole at a distance, radians."""
     tilt = np.array([first, last])
     axes = [np.sin(tilt) * np.cos(beside), np.full(2, np.sin(beside)), np.cos(tilt) * np.cos(beside)]
-    return np.stack(axes, axis=1) @ turned(POLE, heading).T
-
-
-def test_the_nutating_head_is_that_of_the_package():
-    kin, poses = load("nutating_head"), np.random.default_rng(3).uniform(-2, 2, (50, 5))
-    for ours, theirs in zip(NUTATING.forward(poses), kin.forward(poses), strict=True):
-        assert ours == pytest.approx(theirs, abs=1e-9)
-    tip, axis = kin.forward(poses[0])
-    assert NUTATING.inverse(tip, axis) == pytest.approx(kin.inverse(tip, axis), abs=1e-9)
+    return Rotation.from_rotvec(heading * POLE).apply(np.stack(axes, axis=1))
 
 
 def test_many_machines_arcs_and_poles(own, of):
     """The pole at a record, within an arc, 1e-13 to 0.1 rad beside it; both branches, and changed at the pole."""
     for seed in range(of(12, 500)):
         rng = np.random.default_rng(seed)
-        kin, place = Machine.drawn(rng), rng.choice(["first", "last", "within", "beside"])
+        kin, place = drawn(rng), rng.choice(["first", "last", "within", "beside"])
         share = {"first": 0, "last": 1}.get(place, rng.uniform(0.02, 0.98))
-        reach = 0.9 * 2 * np.arccos(np.abs(kin.axis[2]))
+        reach = 0.9 * kin.reach[1]
         size = min(np.radians(np.exp(rng.uniform(np.log(0.5), np.log(60)))), reach)
         beside = 10 ** rng.uniform(-13, -1) if place == "beside" else 0.0
         axes = over_the_pole(-share * size, (1 - share) * size, beside, rng.uniform(0, 2 * np.pi))
@@ -162,7 +106,7 @@ def test_many_machines_arcs_and_poles(own, of):
 @pytest.mark.parametrize("beside", [-0.3, 0, 0.05])
 def test_machines_of_the_package_through_the_pole_and_beside_it(own, name, tilts, beside):
     """Through it C turns as far as from station to station; beside it halving ends on every branch."""
-    kin = NUTATING if name == "own" else load(name)
+    kin = OWN if name == "own" else load(name)
     tips, axes = np.array([[30, 0, 0], [31, 2, 0.0]]), over_the_pole(*np.radians(tilts), np.radians(beside))
     one, two = (kin.inverse(tip, axis)[1] for tip, axis in zip(tips, axes, strict=True))
     blocks = proved(own, kin, one, two, (tips, axes))
@@ -175,7 +119,7 @@ def test_the_limit_at_the_pole_is_that_of_smaller_and_smaller_arcs(own):
     """On every machine: C of the inverse at 1e-3, 1e-4 … radians before the pole, extrapolated to 0."""
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        kin, heading = Machine.drawn(rng), rng.uniform(0, 2 * np.pi)
+        kin, heading = drawn(rng), rng.uniform(0, 2 * np.pi)
         axes = over_the_pole(-0.2, 0.3, heading=heading)
         one = kin.inverse(np.zeros(3), axes[0])[0]
         near = [kin.inverse(np.zeros(3), over_the_pole(-s, 0.3, heading=heading)[0])[0] for s in (2e-3, 1e-3)]
@@ -186,7 +130,7 @@ def test_the_limit_at_the_pole_is_that_of_smaller_and_smaller_arcs(own):
 
 @pytest.mark.parametrize("width", [10, 40])
 @pytest.mark.parametrize("lowest", [-180, -1])
-@pytest.mark.parametrize("kin", [NUTATING, Machine([0, 1, 1], 0, lever=(50, 0, 0))], ids=["head", "table"])
+@pytest.mark.parametrize("kin", [NUTATING, load("dmu50v")], ids=["head", "table"])
 def test_eleven_records_one_of_them_at_the_pole(own, kin, width, lowest):
     """With B to both sides C turns by no more than from the first record to the last; with B from -1° it swings."""
     tilt, c = np.radians(np.linspace(-width, width, 11)), kin.workpiece_side
@@ -213,7 +157,7 @@ def test_the_distance_to_the_arc_is_that_to_the_nearest_of_many_points_on_it(of)
     measure = functions("06b_spline", ["axis-error"])["axis_error"]
     for seed in range(of(5, 100)):
         rng = np.random.default_rng(seed)
-        kin, axes = Machine.drawn(rng), over_the_pole(*rng.uniform(-0.2, 0.2, 2), rng.uniform(0, 0.1), seed)
+        kin, axes = drawn(rng), over_the_pole(*rng.uniform(-0.2, 0.2, 2), rng.uniform(0, 0.1), seed)
         one, two = (kin.inverse(np.zeros(3), axis)[seed % 2] for axis in axes)
         turn = np.arccos(axes[0] @ axes[1]) * np.cross(*axes) / np.linalg.norm(np.cross(*axes))
         fan = Rotation.from_rotvec(np.linspace(0, 1, 2001)[:, None] * turn).apply(axes[0])
