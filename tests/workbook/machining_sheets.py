@@ -1,4 +1,4 @@
-"""Right sheets of five-axis machines: tables of NC words, and the angles of a tilted plane.
+"""Right sheets of five-axis machines: tables of NC words.
 
 The formulas are written by hand for each machine; the truth is the machine's pose, from SciPy's rotations about the
 axes of its file: the words must put the tool where the row says.
@@ -106,22 +106,3 @@ def first_in_file(name):
 def order_of(name, angles, tilts, turns):
     """The rotary words in the order of the machine's file."""
     return np.array([tilts, turns] if first_in_file(name) == next(iter(angles)) else [turns, tilts])
-
-
-PLANES = {
-    "G68.2 I J K": (
-        ("I", "J", "K"),
-        "ZXZ",
-        ("ATAN2(-{z1},{z0})", "ACOS({z2})", "ATAN2({z0}*{x1}-{z1}*{x0},{x2})"),
-    ),
-    "PLANE EULER EULPR EULNU EULROT": (
-        ("EULPR", "EULNU", "EULROT"),
-        "ZXZ",
-        ("ATAN2(-{z1},{z0})", "ATAN2({z2},SQRT({z0}^2+{z1}^2))", "ATAN2({z0}*{x1}-{z1}*{x0},{x2})"),
-    ),
-    "PLANE SPATIAL SPA SPB SPC": (
-        ("SPA", "SPB", "SPC"),
-        "ZYX",
-        ("ATAN2({z2},{z0}*{x1}-{z1}*{x0})", "ASIN(-{x2})", "ATAN2({x0},{x1})"),
-    ),
-}

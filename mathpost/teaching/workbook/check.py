@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
-from itertools import product
 from os import PathLike
 from pathlib import Path
 
@@ -30,16 +29,17 @@ from mathpost.teaching.workbook.sheet.edits import INVERSE
 from mathpost.teaching.workbook.sheet.file import EMPTY, Book, read
 from mathpost.teaching.workbook.sheet.formula import Tree
 from mathpost.teaching.workbook.sheet.graph import Graph
-from mathpost.teaching.workbook.sheet.neighbours import as_around, typed_over
-from mathpost.teaching.workbook.sheet.place import Place, number_along
-from mathpost.teaching.workbook.sheet.samples import same
-from mathpost.teaching.workbook.sheet.tree import areas, heads
+from mathpost.teaching.workbook.sheet.neighbours import typed_over
+from mathpost.teaching.workbook.sheet.place import Place
+from mathpost.teaching.workbook.sheet.tree import heads
 from mathpost.teaching.workbook.task import Task
 from mathpost.teaching.workbook.verdict.beside import Beside
 from mathpost.teaching.workbook.verdict.inputs import contradicted, unused
 from mathpost.teaching.workbook.verdict.judge import Judge
 from mathpost.teaching.workbook.verdict.reason import reason
 
+ASKED = "no result recognised; say where it is, --cells angles=…,point=…,result=…"
+BY_REFERENCE = "give a right workbook to compare it with: --reference"
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 
 
@@ -98,6 +98,8 @@ def _checked(path: str | PathLike[str], task: Task) -> FileReport:
     right = {cell.cell for cell in report.cells if cell.status == RIGHT}
     status = {cell.place: cell.status for cell in report.cells}
     report.explain = _explainer(graph, status, partial(reason, judge, others))
+    if report.verdict == UNCLEAR:
+        report.seen.append(BY_REFERENCE)
     report.beside = not (report.faults or unclear) and report.verdict == UNCLEAR and results <= right
     return report
 
@@ -159,9 +161,9 @@ def _problems(judge: Judge, others: Beside) -> list[str]:
     problems += [text for triple, text in found.doubts.items() if not others.unjudged.isdisjoint(triple)]
     unclear = problems or not found.calculations
     if unclear and not (judge.faults or judge.reading or found.task.machine):
-        if not found.planes and any(heads(tree) & INVERSE for tree in graph.trees.values()):
+        if any(heads(tree) & INVERSE for tree in graph.trees.values()):
             problems.append("tool axes and the words of a machine are judged with --machine FILE")
-        problems.append(_ready_cells(graph, found.turning))
+        problems.append(ASKED)
     return problems
 
 
@@ -177,15 +179,12 @@ def _warnings(judge: Judge, lost: dict[Place, Tree]) -> Iterator[str]:
         yield f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}"
     if any(c.typed for c in found.calculations):
         yield LUCKY
-    if found.task.machine is not None:
-        words = [c for c in found.calculations if isinstance(c, Words)]
+    if words := [c for c in found.calculations if isinstance(c, Words)]:
         yield from looked_at(words, graph.own)
         up = graph.upstream(p for row in words for p in row.results) & found.typed - judge.inputs.keys()
         zeros = [p for p in found.sorted(up - {p for w in found.windows for p in w}) if graph.own[p] == 0]
         if zeros and not judge.faults:
             yield f"{', '.join(graph.ranges(zeros[:6]))}: 0, so that a slip before it is not seen"
-    elif not judge.faults:
-        yield from _lucky_references(graph, judge)
 
 
 def _explainer(
@@ -218,31 +217,3 @@ def _report(
     unjudged = list(graph.ranges(place for place, status in statuses.items() if status == UNCLEAR))
     verdict = WRONG if faults else UNCLEAR if unclear or unjudged or not statuses else RIGHT
     return FileReport(graph.book.path, verdict, faults, cells, unjudged, seen, [*warnings, *graph.book.notes])
-
-
-def _ready_cells(graph: Graph, turning: Collection[Place] = ()) -> str:
-    """The option that says where angles, point and result are, filled with cells that look like them."""
-    along: dict[tuple[Place, int, int], list[Place]] = {}
-    for n, place in product((1, 2), graph.component):
-        along.setdefault((graph.component[place][0], n, number_along(place, n)), []).append(place)
-    threes = (line for line in along.values() if len(line) == 3)
-    lines = sorted(threes, key=lambda line: graph.reading_order(line[0]))
-    given = [line for line in lines if graph.trees.keys().isdisjoint(line)]
-    angles = next((line for line in given if set(line) & set(turning)), None)
-    point = next((line for line in given if line != angles), None)
-    result = next((line for line in lines[::-1] if graph.trees.keys() >= {*line}), None)
-    named = {"angles": angles, "point": point, "result": result}
-    said = ",".join(f"{name}={graph.range(line)}" for name, line in named.items() if line)
-    where = f"--cells {said!r}" if all(named.values()) else "--cells angles=…,point=…,result=…"
-    return f"no result recognised; say where it is: {where}, --task FILE or KIND"
-
-
-def _lucky_references(graph: Graph, judge: Judge) -> Iterator[str]:
-    """References that are not those to which the formulas around point, though the value is always the same."""
-    for place in graph.order:
-        around = None if place in graph.part else as_around(graph, place)
-        if around and same(judge.now(place), graph.cell(place, judge.values, around)):
-            for a, b in zip(areas(graph.trees[place]), areas(around), strict=True):
-                if a != b:
-                    text = f"{graph.address(place)} refers to {a} where the formulas around it ask for {b}"
-                    yield f"{text}; it is always the same here"

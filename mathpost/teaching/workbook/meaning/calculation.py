@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.detective.misreadings import elementary
-from mathpost.euler import from_axis_angle, from_quaternion
+from mathpost.euler import from_axis_angle
 from mathpost.rotation import unit
 from mathpost.teaching.workbook.sheet.samples import SAMPLES
 
@@ -34,7 +34,6 @@ class Calculation:
     origin: Line = ()
     axis: Line = ()
     said: str = ""
-    aside: Line = ()  # cells that are none of it, such as block numbers
     complete: bool = True  # whether there is a number in each cell
     typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
     known: dict[int, list[np.ndarray]] = field(default_factory=dict)
@@ -80,18 +79,13 @@ class Calculation:
 
 @dataclass(eq=False)
 class Turn(Calculation):
-    """A rotation of a point, about an origin where there is one, by three angles in sequence or about an axis.
-
-    An `axis` of four is a quaternion, scalar first.
-    """
+    """A rotation of a point, about an origin where there is one, by three angles in sequence or about an axis."""
 
     sequence: str = "ZXZ"
-    active: bool | None = False  # None: whichever more results are of
+    active: bool = False
     shift: Line = ()  # what is added after the rotation
     back: bool = False  # whether the point is turned back, from the turned frame
-    plane: Calculation | None = None  # that has these angles
-    signs: Sequence[int] = ()  # of the angles, if the product in the text negates some
-    of_length_one: bool = False  # whether the axis or quaternion is taken as it is, not divided by its length
+    of_length_one: bool = False  # whether the axis is taken as it is, not divided by its length
 
     @property
     def given(self) -> Line:
@@ -107,7 +101,7 @@ class Turn(Calculation):
 
     def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute, at the samples in `values`, what the sheet may hold: as 4×4, of which the 3×3 are a part."""
-        self.radians = look(values, self.angles) * [units[p] for p in self.angles] * np.array(self.signs or 1)
+        self.radians = look(values, self.angles) * [units[p] for p in self.angles]
         if self.angles and not self.axis:  # others are 0
             self.radians = np.pad(self.radians, ((0, 0), (0, 3 - len(self.angles))))
         self.elements, words, ends = self._elements(values), [], []
@@ -143,16 +137,14 @@ class Turn(Calculation):
             self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
             terms = _cells(ends[0][:, :3, :3] * np.swapaxes(vectors[0][:, :3], 1, 2), 3)
             self.known[1] = [term[None] for term in terms if np.ptp(term[1:])]
-            self.known[len(self.axis) or 3] += [unit(look(values, self.axis)).T] if self.axis else []
+            self.known[3] += [unit(look(values, self.axis)).T] if self.axis else []
             target = vectors[1] if len(self.results) < 9 else target
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
 
     def _elements(self, values: Values) -> list[np.ndarray]:
         """The elementary matrices from left to right, each of shape (samples, 4, 4)."""
         sign = 1 if self.active else -1
-        if len(self.axis) == 4:
-            order = [from_quaternion(look(values, self.axis) * [1, sign, sign, sign])]
-        elif self.axis:
+        if self.axis:
             order = [from_axis_angle(look(values, self.axis), sign * self.radians[:, 0])]
         else:
             order = [elementary(*each) for each in zip(self.sequence.upper(), -sign * self.radians.T, strict=True)]
@@ -160,21 +152,9 @@ class Turn(Calculation):
         return [np.pad(each, ((0, 0), (0, 1), (0, 1))) + np.diag([0, 0, 0, 1.0]) for each in order]
 
     def scalars(self) -> Iterator[np.ndarray]:
-        """The values that one cell may hold: cosine and sine of an angle and its half, entries of quaternions."""
+        """The values that one cell may hold: cosine and sine of an angle and its half."""
         pairs = [np.array([np.cos(a), np.sin(a)]) for a in (*self.radians.T, *self.radians.T / 2)]
         yield from (entry for pair in pairs for entry in pair)
-        yield from (entry for product in self.quaternions() for entry in product)
-
-    def quaternions(self) -> list[np.ndarray]:
-        """Quaternions of the turns by the first two angles, the last two, and all three; none about an axis."""
-        if self.axis:
-            return []
-        letters = ["XYZ".index(letter) + 1 for letter in self.sequence.upper()]
-        pairs = [np.array([np.cos(a), np.sin(a)]) for a in self.radians.T / 2]
-        parts = [{0: c, n: s} for n, (c, s) in zip(letters, pairs, strict=True)]
-        turns = [np.array([part.get(k, np.zeros(SAMPLES)) for k in range(4)]) for part in parts]
-        a, b, c = turns if self.sequence.isupper() else turns[::-1]
-        return [_hamilton(a, b), _hamilton(b, c), _hamilton(_hamilton(a, b), c)]
 
 
 def look(values: Values, places: Sequence[Place]) -> np.ndarray:
@@ -211,8 +191,3 @@ def nearest(
 def _cells(matrix: np.ndarray, size: int) -> np.ndarray:
     """The first rows and columns of matrices or vectors, shape (cells, samples)."""
     return matrix[:, :size, :size].reshape(SAMPLES, -1).T
-
-
-def _hamilton(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    vector = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:], axis=0)
-    return np.array([p[0] * q[0] - (p[1:] * q[1:]).sum(axis=0), *vector])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import product, takewhile
@@ -11,9 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.label import read_label
-from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.edits import TRIGONOMETRY
-from mathpost.teaching.workbook.sheet.place import beside, offset
+from mathpost.teaching.workbook.sheet.place import offset
 from mathpost.teaching.workbook.sheet.tree import CONVERSIONS, areas, heads, parts_of
 
 if TYPE_CHECKING:
@@ -113,7 +111,7 @@ class Given:
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
                 only = len(sources) == 1 or (len(sources) == 2 and any(map(self._converts, sources)))
-                if only and (any(self._passes_on(place, p) for p in sources) or self._is_meant_to(place)):
+                if only and (any(self._passes_on(place, p) for p in sources)):
                     stack += sources
                     continue
             above = graph.upstream(sources) & graph.trees.keys()
@@ -135,15 +133,6 @@ class Given:
         slopes = np.abs(others / steps[1:])[:, None, None]
         return abs(zero) < 1e-9 and bool((abs(slopes - factors) < 0.02 * factors).any())
 
-    def _is_meant_to(self, place: Place) -> bool:
-        """Whether a cell next to a formula of one cell passes on the cell at the same offset from itself."""
-        (source, *others), graph = self.graph.uses[place], self.graph
-        for near in beside(place) if not others else ():
-            other = offset(source, near[1] - place[1], near[2] - place[2])
-            if graph.uses.get(near) == [other] and self._passes_on(near, other):
-                return True
-        return False
-
     def _converts(self, place: Place) -> bool:
         """Whether a number that is given is 1, π, 180 or one such as π/180, or minus that."""
         factors = np.array([1.0, *CONVERSIONS])
@@ -163,12 +152,10 @@ class Given:
             partners = {s for user in users for s in graph.uses[user]} - {place}
             found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
         given = self.typed & graph.used.keys() - self.turning - found
-        quaternions = re.search(wording("quaternion"), self.text, re.I)
         for place, (down, right) in product(self.sorted(given), ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
             line = [offset(place, n * down, n * right) for n in range(-1, 5)]
             if [p in given for p in line] == [False, True, True, True, True, False]:
                 found |= {line[4]} if graph.own[line[4]] == 1 else set()
-                found |= {place} if quaternions and graph.own[place] == 0 else set()
         for area in dict.fromkeys(area for _, part in graph.parts if part[0] == "MMULT" for area in areas(part)):
             ends = {area.places[-1]} if sorted(area.shape) == [1, 4] else set()  # (x, y, z, 1) among others
             found |= {p for p in ends & given if graph.own[p] == 1}

@@ -1,32 +1,50 @@
 """Where the columns of a table of NC words are: its headings name them.
 
-A table has rows of tip, tool axis and words, x y z i j k X Y Z and two rotary words by the machine's letters, or of
-tool axis and rotary words alone. Points may be in columns instead of rows. Where a heading is missing, or there are
-two of a kind that nothing tells apart, the columns are asked for.
+A table has rows of tip, tool axis and words: x y z i j k X Y Z and two rotary words by the machine's letters, in
+any order, with other columns between them. Tip and tool axis are numbers. Where a heading is missing, or several
+columns have it and the numbers do not tell them apart, the columns are asked for.
 """
 
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+import unicodedata
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.teaching.workbook.meaning.headings import Column, Headed, column
+from mathpost.teaching.workbook.meaning.label import IN_RADIANS
 from mathpost.teaching.workbook.meaning.vocabulary import wording
-from mathpost.teaching.workbook.sheet.place import Line, Place, beside, number_along
+from mathpost.teaching.workbook.sheet.place import Line, Place
 
 if TYPE_CHECKING:
     from mathpost.kinematics import Kinematics
     from mathpost.teaching.workbook.sheet.graph import Graph
 
-SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns than these are no such table
-STATISTIC = re.compile(rf"{wording('statistic')}[ .:=]*", re.I)
-Ends = tuple[Place, Place]  # of a row or a column
+CLOSE = 0.1  # degrees, mm: close enough to tell a heading; whether a word is right is judged elsewhere
+SMALLEST, SUSPECT = 9, 5  # numbers in a row of a table; and in one that may be of a table
+HEADINGS = 3  # texts over a column that may be its heading
+MOST_ORDERS = 200  # of columns under the same headings
+PARTS = {"given": wording("workpiece"), "words": wording("machine")}
+STATISTIC = re.compile(rf"{wording('statistic')}[ .:=]*", re.I)  # of a largest or a mean of all rows
+UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
+PREFIX = r"(?:(?:tip|axis|tool|ax|[PTptnev])_?(?=[XYZIJKxyzijk]))?"
+LETTER = re.compile(rf"(?<![A-Za-z]){PREFIX}([A-Za-z])(?![A-Za-z0-9])")
+
+
+@dataclass(frozen=True)
+class Column:
+    """The cells of a column, one of each row, and their numbers; `letters` are those in its heading."""
+
+    places: Line
+    values: np.ndarray
+    letters: list[str]
+    said: str  # "given" or "words", if its heading or that of its group says so
+    typed: bool  # whether they are numbers
+    unit: float  # degrees of 1, if it is an angle
 
 
 @dataclass(eq=False)
@@ -34,139 +52,108 @@ class Table:
     """The places of tip, tool axis and words of each row; `units` are the degrees in one unit of a rotary word."""
 
     rows: list[tuple[Line, Line, Line]]
-    units: tuple[float, ...]
-    counters: Line = ()
-    left: tuple[Ends, ...] = ()  # rows in between that are not of the table
-    others: tuple[Ends, ...] = ()  # columns of numbers that are none of these, and that nobody uses
-    exchanged: tuple[Place, str] | tuple[()] = ()  # a cell under another one's heading, and a sentence
+    units: tuple[float, ...] = (1.0, 1.0)
+    others: tuple[Line, ...] = ()  # columns of numbers that are none of these, and that nobody uses
 
     def said(self, graph: Graph) -> str:
         """Where the columns are."""
-        texts = []
-        parts = zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True)
-        for name, first, last in (part for part in parts if part[1]):
-            side_by_side = all(b in beside(a) for a, b in pairwise(first))
-            ends = [(first[0], last[-1])] if side_by_side else zip(first, last, strict=True)
-            ranges = graph.ranges(first) if first == last else map(graph.range, ends)
-            texts.append(f"{name} {' '.join(ranges)}")
-        not_seen = f"; numbers not looked at: {', '.join(map(graph.range, self.others))}"
-        return ", ".join(texts) + not_seen * bool(self.others)
+        named = zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True)
+        text = ", ".join(f"{name} {graph.range((first[0], last[-1]))}" for name, first, last in named)
+        return text + f"; numbers not looked at: {', '.join(map(graph.range, self.others))}" * bool(self.others)
 
 
 def find_tables(graph: Graph, kinematics: Kinematics) -> tuple[list[Table], list[str]]:
     """Return the tables of a workbook, and the ranges of numbers that may be one and are not named as one."""
-    for along in (1, 2):  # points in rows, points in columns
-        blocks, left = _blocks(graph, along)
-        tables: list[Table] = []
-        other: list[list[Column]] = []
-        named = [_named(graph, kinematics, block) for block in blocks]
-        apart = [block for block, headed in zip(blocks, named, strict=True) if not headed]
-        for block, own in zip(blocks, named, strict=True):
-            mates = [b for b in apart if b is not block and len(b[0].places) == len(block[0].places)]
-            tried = (_named(graph, kinematics, mate + block) for mate in mates) if not own else ()  # on two sheets
-            headed = own or next(filter(None, tried), None) or Headed(graph, block, True, kinematics)
-            table = _table(graph, headed) if headed else None
-            tables += [table] if table and all(table.rows != each.rows for each in tables) else []
-            other += [] if table else [block]
-        if tables:
-            judged = graph.upstream(p for table in tables for *_, words in table.rows for p in words)
-            other = [block for block in other if not all(judged.issuperset(each.places) for each in block)]
-            left += [(b[0].places[0], b[-1].places[-1]) for b in other if _has_numbers(graph, b)]
-            return tables, [graph.range(ends) for ends in (*left, *(ends for t in tables for ends in t.left))]
-    return [], []
-
-
-def _named(graph: Graph, kinematics: Kinematics, columns: list[Column]) -> Headed:
-    return Headed(graph, columns, False, kinematics)
-
-
-def _has_numbers(graph: Graph, block: Sequence[Column]) -> bool:
-    return _are_typed(graph, [p for each in block for p in each.places])
-
-
-def _are_typed(graph: Graph, places: Iterable[Place]) -> bool:
-    """Whether there are numbers among some cells that no formula makes: formulas are judged beside a table."""
-    return any(p in graph.component and p not in graph.trees for p in places)
-
-
-def _blocks(graph: Graph, along: int) -> tuple[list[list[Column]], list[Ends]]:
-    """Lists of columns: of rows of numbers without a gap; rows are counted by the place's number `along`.
-
-    And the first and last cells of rows that are left out, as of a largest or a mean.
-    """
-    lines: dict[tuple[str, int], list[Place]] = {}
-    blocks: list[list[Column]] = []
-    left: list[Ends] = []
+    rows: dict[tuple[str, int], list[Place]] = {}
     for place in graph.component:
-        lines.setdefault((place[0], number_along(place, along)), []).append(place)
-    lines = {line: places for line, places in lines.items() if len(places) >= SMALLEST}
-    for place, cell in graph.cells.items():
-        if STATISTIC.fullmatch(str(cell.value).strip()) and (place[0], number_along(place, along)) in lines:
-            places = lines.pop((place[0], number_along(place, along)))
-            left += [(min(places), max(places))] * _are_typed(graph, places)
-    while lines:
-        sheet, first = min(lines, key=lambda line: (graph.numbers[line[0]], line[1]))
-        run: list[list[Place]] = []
-        while (sheet, first + len(run)) in lines:
-            run.append(lines.pop((sheet, first + len(run))))
-        counted = Counter(number_along(place, 3 - along) for places in run for place in places)
-        own = {number_along(place, 3 - along) for place in run[0]}  # below which a blank is the word before
-        numbers = sorted(number for number, count in counted.items() if 2 * count > len(run) or number in own)
-        if SMALLEST <= len(numbers) <= LARGEST:
-            found = [column(graph, sheet, range(first, first + len(run)), n, along) for n in numbers]
-            whole = zip(numbers, found, strict=True)
-            blocks.append([each for n, each in whole if 2 * counted[n] > len(run) or each.letters])
-    return blocks, left
+        rows.setdefault(place[:2], []).append(place)
+    of_all = {place[:2] for place, cell in graph.cells.items() if STATISTIC.fullmatch(str(cell.value).strip())}
+    single = {row: places for row, places in rows.items() if row not in of_all}
+    tables = [table for columns in _blocks(graph, single) if (table := _table(graph, columns, kinematics))]
+    taken = {words[0][:2] for table in tables for *_, words in table.rows}
+    typed = {row: sorted(p for p in places if p not in graph.trees) for row, places in rows.items()}
+    left = [places for row, places in typed.items() if row not in taken and len(places) >= SUSPECT]
+    return tables, [graph.range(places) for places in left]
 
 
-def _table(graph: Graph, headed: Headed) -> Table | None:
-    """The `Table` in columns that are named, or None if most of its rows are not alike."""
-    columns, words = headed.columns, headed.parts[2]
-    tip, axis = (_sources(graph, columns, part) for part in headed.parts[:2])
-    source, count = [columns[n] for n in (*tip, *axis)], len(columns[0].places)
-    given = {p for each in source for p in each.places}
-    if any(not columns[n].typed and graph.upstream(columns[n].places).isdisjoint(given) for n in words):
+def _blocks(graph: Graph, rows: dict[tuple[str, int], list[Place]]) -> Iterator[list[Column]]:
+    """Yield the columns of each run of rows with numbers."""
+    full = {row for row, places in rows.items() if len(places) >= SMALLEST}
+    for sheet, first in sorted(full):
+        if (sheet, first - 1) not in full:
+            last = first
+            while (sheet, last + 1) in full:
+                last += 1
+            numbers = sorted(p[2] for p in rows[sheet, first])
+            yield [_column(graph, sheet, range(first, last + 1), number) for number in numbers]
+
+
+def _column(graph: Graph, sheet: str, lines: range, number: int) -> Column:
+    def text(line: int, column: int) -> str:
+        cell = graph.cells.get((sheet, line, column))
+        return cell.value if cell and isinstance(cell.value, str) else ""
+
+    above = range(lines[0] - 1, 0, -1)
+    texts = [*islice(filter(None, (text(line, number) for line in above)), HEADINGS)]
+    groups = (next(filter(None, (text(line, n) for n in range(number, 0, -1))), "") for line in above[:HEADINGS])
+    said = next((part for group in groups for part in PARTS if _says(group, part)), "")
+    places = tuple((sheet, line, number) for line in lines)
+    values = np.array([graph.own.get(p) for p in places], dtype=float)
+    typed = 2 * sum(p in graph.trees for p in places) < len(places)
+    unit = np.rad2deg(1) if any(re.search(IN_RADIANS, each, re.I) for each in texts) else 1.0
+    letters = next(filter(None, map(_letters, texts)), [])
+    return Column(places, values, letters, said, typed, float(unit))
+
+
+def _says(text: str, part: str) -> bool:
+    """Whether a text has a word for one of the `PARTS`, and none for the other."""
+    return [name for name, words in PARTS.items() if re.search(words, text, re.I)] == [part]
+
+
+def _letters(heading: str) -> list[str]:
+    """The letters that a heading names, as in "a", "X [mm]", "刀轴i", "px" or "ti"; one alone stands for all."""
+    return LETTER.findall(UNIT.sub("", unicodedata.normalize("NFKC", heading)).strip())
+
+
+def _table(graph: Graph, columns: list[Column], kinematics: Kinematics) -> Table | None:
+    """The table in some columns; None if their headings, or else their numbers, do not name one."""
+    names = [name[0] for name in kinematics.machine.joint_names]
+    parts = [("xyz", True), ("ijk", True), ("".join(names), False)]
+    pools = [_pool(columns, letter, given) for letters, given in parts for letter in letters]
+    orders = [order for order in islice(product(*pools), MOST_ORDERS) if len({*order}) == len(order)]
+    right = [order for order in orders if _share_right(columns, order, kinematics) >= 0.5]
+    if not (right or len(orders) == 1):
         return None
-    alike = [[c.typed != (c.places[row] in graph.trees) for c in source] for row in range(count)]
-    kept = [2 * sum(row) >= len(row) for row in alike]
-    for row in range(count):  # one of statistics has no tip and no axis
-        kept[row] &= any(c.places[row] in graph.component for c in source)
-    if 2 * sum(kept) <= count:
-        return None
-    cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
-    rows: list[tuple[Line, Line, Line]] = []
-    for row in (row for row in range(count) if kept[row]):
-        at_tip, at_axis, at_words = (tuple(places[row] for places in part) for part in cells)
-        rows.append((at_tip, at_axis, at_words))
-    there = [[c.places[row] for c in columns if c.places[row] in graph.component] for row in range(count)]
-    left = [(each[0], each[-1]) for row, each in enumerate(there) if not kept[row] and _are_typed(graph, each)]
-    counts = [c for c in columns if _is_count(c.values)]
-    own = {n for part in (*headed.parts, tip, axis) for n in part}
-    others = [c for n, c in enumerate(columns) if n not in own and c.typed and c not in counts]
-    ends = [(c.places[0], c.places[-1]) for c in others if graph.used.keys().isdisjoint(c.places)]
-    counters = tuple(p for c in counts if not c.typed for p in c.places)
-    units = tuple(columns[n].unit for n in words[-2:])
-    return Table(rows, units, counters, tuple(left), tuple(ends), headed.exchanged)
+    chosen = [columns[n] for n in (right or orders)[0]]
+    rows = [row for row in zip(*(c.places for c in chosen), strict=True) if is_whole(graph, row)]
+    rows = [row for row in rows if graph.trees.keys().isdisjoint(row[:6])]
+    units = tuple(c.unit for c in chosen[-2:])
+    others = (c.places for c in columns if c.typed and c not in chosen and graph.used.keys().isdisjoint(c.places))
+    return Table([(row[:3], row[3:6], row[6:]) for row in rows], units, tuple(others)) if rows else None
 
 
-def _is_count(values: np.ndarray) -> bool:
-    """Whether these are the numbers of blocks or points."""
-    steps = np.unique(np.diff(values))
-    return len(steps) == 1 and steps[0] >= 1 and not (values % 1).any()
+def _pool(columns: list[Column], letter: str, given: bool) -> list[int]:
+    """The columns that a heading may name; a small x is that of the tip if there is a capital one as well."""
+    but = "words" if given else "given"
+    named = [n for n, c in enumerate(columns) if c.said != but and letter.lower() in map(str.lower, c.letters)]
+    named = [n for n in named if len(columns[n].letters) == 1] or named
+    cased = [n for n in named if letter in columns[n].letters]
+    named = cased if cased and len(cased) < len(named) else named
+    return [n for n in named if columns[n].typed] if given else named
 
 
-def _sources(graph: Graph, columns: list[Column], chosen: Sequence[int]) -> Sequence[int]:
-    """The columns of typed numbers that a tip, or a direction, is but copied or normalised from; else its own."""
-    if all(columns[n].typed for n in chosen):
-        return chosen
-    of = {p: n for n, each in enumerate(columns) for p in each.places}
-    votes: Counter[tuple[int, ...]] = Counter()
-    for cells in zip(*(columns[n].places for n in chosen), strict=True):
-        votes[tuple(sorted({of[p] for p in graph.upstream(cells) - graph.trees.keys() if p in of}))] += 1
-    found = votes.most_common(1)[0][0]
-    if len(found) != 3 or not all(columns[n].typed for n in found):
-        return chosen
-    now, then = (np.stack([columns[n].values for n in part], axis=-1) for part in (chosen, found))
-    length = np.linalg.norm(then, axis=1, keepdims=True)
-    copied, normalised = (np.abs(now - each).max(axis=1) < 1e-6 for each in (then, then / length))
-    return list(found) if (copied | normalised).mean() > 0.5 else chosen
+def is_whole(graph: Graph, row: Iterable[Place]) -> bool:
+    """Whether there is a number, or a formula, in each cell of a row."""
+    return all(place in graph.trees or graph.own.get(place) is not None for place in row)
+
+
+def _share_right(columns: list[Column], order: tuple[int, ...], kinematics: Kinematics) -> float:
+    """The share of rows whose words put the tool where they say, with the columns in this order."""
+    numbers = np.array([columns[n].values for n in order]).T
+    numbers = numbers[np.isfinite(numbers).all(axis=1)]
+    joints = numbers[:, 6:] * [1, 1, 1, *(columns[n].unit for n in order[-2:])]
+    tip, axis = kinematics.forward(joints, degrees=True)
+    length = np.linalg.norm(numbers[:, 3:6], axis=1, keepdims=True)
+    fits = np.abs(axis - numbers[:, 3:6] / length).max(axis=1) < np.deg2rad(CLOSE)
+    fits &= np.abs(tip - numbers[:, :3]).max(axis=1) < CLOSE
+    return float(fits.mean()) if len(fits) else 0.0

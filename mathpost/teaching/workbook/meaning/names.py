@@ -43,9 +43,7 @@ class Names(Vectors):
                 return True
         return False
 
-    def coordinate(
-        self, place: Place, kinds: Collection[str] = ("coordinate", "outcome")
-    ) -> tuple[int, ...] | None:
+    def coordinate(self, place: Place, kinds: Collection[str] = ("coordinate", "outcome")) -> int | None:
         """Which coordinate the text before a number, in its row or column, says it is."""
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
@@ -55,14 +53,14 @@ class Names(Vectors):
             said = *text.split("=")[::-1], text.split(" ")[0]  # "z2 = z'", "z' (mm)"
             role = next(filter(None, map(read_label, said)), None)
             if role and role.kind in kinds:
-                return role.word
+                return role.which
         return None
 
     def as_named(self, cells: Line, kinds: Collection[str] = ("outcome",)) -> Line:
         """The three cells of a result, or of a point, in the order x, y, z that their labels say."""
         said = [self.coordinate(p, kinds) for p in cells]
-        named = sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3
-        return tuple(cells[said.index((n,))] for n in range(3)) if named else cells
+        named = {*said} == {0, 1, 2} and len(said) == 3
+        return tuple(cells[said.index(n)] for n in range(3)) if named else cells
 
     def angle_said(self, place: Place) -> int | None:
         """Which angle the text before a cell names; None if it names none, or several."""
@@ -101,7 +99,7 @@ class Names(Vectors):
                 label for label in map(self.label, places) if not re.search("phi|psi|theta|[φψθ]", label, re.I)
             ]
             roles = [role for role in map(read_label, labels) if role and role.kind in ("angle", "radians")]
-            words = [role.word for role in roles]
+            words = [role.which for role in roles]
             if len(set(words)) == 3:
                 return tuple(p for _, p in sorted(zip(words, triple, strict=True)))
         read = map(graph.reading_order, triple if in_line else ends)
@@ -117,16 +115,7 @@ class Names(Vectors):
     def _named_in_the_text(self, triple: Line) -> Line:
         """The angles in the order in which a product in the text has their names; empty if the labels do not."""
         found: dict[str, Place] = {}
-        names = [name.lstrip("-") for name in self.names]
         for place in triple:
-            said = ({*names}.intersection(re.findall(r"\w+", plain(text))) for text in self.texts(place))
+            said = ({*self.names}.intersection(re.findall(r"\w+", plain(text))) for text in self.texts(place))
             found |= {name: place for name in next((words for words in said if len(words) == 1), ())}
-        return tuple(found[name] for name in names) if len(found) == len(triple) == len(names) else ()
-
-    def scalar_first(self, line: Line) -> Line:
-        """The cells of a quaternion, w before x, y and z, whichever the labels say is first."""
-        said = ["".join(re.findall(r"\bq?_?([wxyz])\b", self.label(p), re.I)).lower() for p in line]
-        if sorted(said) == [*"wxyz"]:
-            return tuple(line[said.index(letter)] for letter in "wxyz")
-        first, last = (re.search(name, self.label(line[0]), re.I) for name in (r"w|q?0|s", r"\bq?[xi]\b|\bq?1\b"))
-        return line[-1:] + line[:-1] if last and not first else line
+        return tuple(found[name] for name in self.names) if len(found) == len(triple) == len(self.names) else ()

@@ -11,9 +11,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from mathpost import euler
-from mathpost.teaching.workbook.meaning.calculation import Calculation, Turn
-from mathpost.teaching.workbook.meaning.conversion import find_conversions, find_quaternions
-from mathpost.teaching.workbook.meaning.find_planes import find_planes
+from mathpost.teaching.workbook.meaning.calculation import Turn
 from mathpost.teaching.workbook.meaning.rows import rows_alike
 from mathpost.teaching.workbook.meaning.texts import FOREIGN, PASSIVE, SAID_ACTIVE, reading
 from mathpost.teaching.workbook.meaning.turns import Turns
@@ -34,8 +32,8 @@ SMALL = 1e-6  # a slope that is none
 class Recognised(Turns):
     """What is what in a workbook.
 
-    Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
-    be calculations if no other cells used them; the vectors `beside` are none; `doubts` has some reasons.
+    Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. Of these the
+    `steps` are on the way to others, those `beside` are no results; `doubts` has some reasons.
     `by` says who names the reading: the task, the text, or source 000; it `is_open` if the text names axes and not
     what is turned, or one that is not understood may say more; `also` are readings that it allows as well.
     """
@@ -49,8 +47,8 @@ class Recognised(Turns):
         self.depends = {}
         self._ends = {}
         self.calculations = []
-        self.steps: list[Calculation] = []
         self.beside = []
+        self.steps: list[Turn] = []
         count = len(self.typed & self.turning)
         read = reading(task, self.text, count)
         self.sequence, self.active, self.by, unsure, self.names, self.also, self.axes = read
@@ -61,37 +59,24 @@ class Recognised(Turns):
         if not self.is_whole:
             full = next(each for each in euler.SEQUENCES if each.startswith(self.sequence.upper()))
             self.sequence = full if self.sequence.isupper() else full.lower()
-        self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
-        given = {p for plane in self.planes for p in plane.given}
-        self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
-        self.constants = self.never_moved() - given
+        self.windows = self.matrices()
+        self.constants = self.never_moved()
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
-        self.quaternions = self._quaternions(inputs)
-        self.turning |= {p for quaternion in self.quaternions for p in quaternion}
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
             words, self.problems = rows_of(self, task.machine, task.cells)
             self.calculations = [*words]
         elif task.cells:
             self._as_the_caller_says(task.cells)
+        elif any(name[:1] == "-" for name in self.names):
+            self.problems.append(f"which angle is negated, as in {' '.join(self.names)}?")
         elif self.angles:
             self._find_calculations()
-        elif not self.planes:
+        else:
             none = "no cell goes into a sine or cosine as an angle" if graph.trees else "there are no formulas"
             self.problems.append(none)
-        self.calculations = [*self.planes, *self.calculations]
-        if task.machine is None and not (task.cells or self.planes):
-            conversions = [*find_conversions(self)]
-            into = [{*c.angles} for c in conversions if c.sequence != c.into]  # what turns by these is on the way
-            turns = [c for c in self.calculations if c.point or {*c.angles} not in into]
-            self.calculations = [*turns, *conversions]
-            if re.search(wording("quaternion"), self.text, re.I):
-                for calculation in find_quaternions(self):
-                    self._tell(calculation, self.calculations)
         if not any(heads(tree) & INVERSE_FUNCTIONS for tree in graph.trees.values()):
             self.problems += unsure
-        made = self.composed & graph.upstream(p for plane in self.planes for p in plane.results)
-        self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
 
     def _find_calculations(self) -> None:
         """The rotations of a sheet that turns something: vectors that are results, or else matrices."""
@@ -101,7 +86,12 @@ class Recognised(Turns):
         finals = self._final_vectors()
         used = {p for t in finals for p in self.graph.upstream(t) - set(t)}
         for triple in finals:
-            self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
+            turn = self._turn_of(triple)
+            if isinstance(turn, Turn):
+                (self.steps if used.issuperset(triple) else self.calculations).append(turn)
+            elif not used.issuperset(triple):
+                self.beside.append(triple)
+                self.doubts[triple] = f"{self.graph.range(triple)}: {turn} not found among its inputs"
         if not (self.calculations or self.doubts):
             self._take_matrices()
         rows_alike(self)
@@ -116,7 +106,7 @@ class Recognised(Turns):
         for triple in finals:
             up = self.graph.upstream(triple)
             parts = dict.fromkeys(t for t in [of[p] for p in self.sorted(up & of.keys())] if t in kept)
-            if self._is_combined(triple, up, parts) or self._is_undone(triple, up, parts):
+            if self._is_combined(triple, up, parts):
                 del kept[triple]
                 self.beside.append(triple)
         return [*kept]
@@ -149,18 +139,13 @@ class Recognised(Turns):
     def _take_matrices(self) -> None:
         """Take the matrices that no other follows from as results, of a sheet that turns no point."""
         graph, most = self.graph, max((len(self._of(w, self.angles)) for w in self.windows), default=0)
-        for window in self.windows:
-            plane = next((p for p in self.planes if graph.upstream(p.results) & self.turned_by(window)), None)
+        inverse = graph.upstream(p for p, tree in graph.trees.items() if heads(tree) & INVERSE_FUNCTIONS)
+        for window in (w for w in self.windows if inverse.isdisjoint(w)):  # else what is made of it is the result
             own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
             if not all(after.isdisjoint(w) for w in self.windows if w != window):
                 continue
-            axis = self._quaternion_of(own, window[0])
-            if plane:
-                self._tell(Turn(window, self._angles_of(plane, window)), self.calculations, plane)
-            elif axis:
-                self._tell(Turn(window, (), axis=axis), self.calculations)
-            elif len(own) == most > 0 and (angles := self.three(own)):
-                self._tell(Turn(window, self.by_name(angles)), self.calculations)
+            if len(own) == most > 0 and (angles := self.three(own)):
+                self.calculations.append(self._told(Turn(window, self.by_name(angles))))
 
     def _is_combined(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
         """Whether a vector is made of several that go back to different points, or angles, as a mean is."""
@@ -172,8 +157,3 @@ class Recognised(Turns):
         ]  # not of the terms with x, with y and with z
         pairs = ((a & kind, b & kind) for a, b in combinations(given, 2) for kind in (self.lengths, self.angles))
         return any(a - b and b - a for a, b in pairs)
-
-    def _is_undone(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
-        """Whether a vector is made of one that more angles turn: some of them are turned back."""
-        angles = self.turned_by(triple)
-        return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)

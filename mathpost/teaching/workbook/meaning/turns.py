@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -15,11 +14,8 @@ from mathpost.teaching.workbook.meaning.given import runs
 from mathpost.teaching.workbook.meaning.names import Names
 from mathpost.teaching.workbook.meaning.texts import CENTRE, ORIGIN, PASSIVE
 from mathpost.teaching.workbook.meaning.vocabulary import wording
-from mathpost.teaching.workbook.sheet.place import Line, Place, offset
+from mathpost.teaching.workbook.sheet.place import Line, Place
 from mathpost.teaching.workbook.task import Task
-
-if TYPE_CHECKING:
-    from mathpost.teaching.workbook.meaning.plane_angles import Plane
 
 SHIFT = rf"{wording('shift')}|^\W*t[xyz]?\b"  # what is added after the turn
 ABOUT_A_CENTRE = rf"{wording('about')}[^.,;]{{0,20}}{CENTRE}"
@@ -33,21 +29,17 @@ class Turns(Names):
     active: bool
     by: str  # who says what is turned
     sequence: str
-    planes: list[Plane]
     calculations: list[Calculation]
     beside: list[Line]
     doubts: dict[Line, str]
 
-    def _add_turn(self, triple: Line, calculations: list[Calculation]) -> None:
+    def _turn_of(self, triple: Line) -> Turn | str:
+        """The rotation that a vector is the result of, or what of it is not found."""
         triple = self.as_named(triple)
         angles = self._of(triple, self.angles)
-        plane = next((p for p in self.planes if self.graph.upstream(p.results) & set(angles)), None)
         back = bool(re.search(wording("inverse"), self.text, re.I))
-        shift = self._shift(triple, back or plane)
+        shift = self._shift(triple, back)
         point, origin, others = self._moved(triple, shift)
-        if axis := self._quaternion_of(angles, triple[0]):
-            self._tell(Turn(triple, (), point, origin, axis=axis, shift=shift), calculations)
-            return
         still = [line for line in others if self._is_still(line, triple)]  # where nothing is turned
         axes = [line for line in still if any(p in self.curved.get(t, ()) for p in line for t in triple)]
         centres = [line for line in still if line not in axes]
@@ -59,22 +51,13 @@ class Turns(Names):
             axis = next((line for line in axes or lines if matrices.issuperset(line)), (axes or others)[0])
             point = point if axes else next(line for line in lines if line != axis)
             origin = origin if axes else ()
-            self._tell(Turn(triple, angles, point, origin, axis=axis, shift=shift), calculations)
-            return
-        if plane and point:
-            turn = Turn(triple, self._angles_of(plane, triple), point, origin, shift=shift)
-            self._tell(turn, calculations, plane)
-            return
+            return self._told(Turn(triple, angles, point, origin, axis=axis, shift=shift))
         chosen = self._varied(angles, triple) or self.three(angles) or self.three(self.sorted(self.angles))
         if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4:
             chosen = None  # turned more than once, and not by a vector in between
         if chosen is None or not point:
-            what = "three angles" if chosen is None else "a point"
-            if calculations is self.calculations:
-                self.beside.append(triple)
-                self.doubts[triple] = f"{self.graph.range(triple)}: {what} not found among its inputs"
-            return
-        self._tell(Turn(triple, self.by_name(chosen), point, origin, shift=shift), calculations)
+            return "three angles" if chosen is None else "a point"
+        return self._told(Turn(triple, self.by_name(chosen), point, origin, shift=shift))
 
     def _varied(self, angles: Line, triple: Line) -> Line | None:
         """Three angles of which one, by their names, is in the row of a vector and replaces the given one."""
@@ -84,14 +67,8 @@ class Turns(Names):
         three = (*rest, *own)
         return three if len(own) == 1 and len(three) == 3 and {*map(said.get, three)} == {0, 1, 2} else None
 
-    def _angles_of(self, plane: Plane, places: Line) -> Line:
-        """The cells of a plane's angles by which some places are turned, and a third one that is typed."""
-        order = self.graph.calculation_order
-        angles = [max(self.angles & self.graph.upstream([p]), key=order, default=p) for p in plane.results]
-        return (*angles, *self.sorted(self.turned_by(places).difference(angles)))[:3]
-
-    def _shift(self, triple: Line, back: Any) -> Line:
-        """What is added to a vector after it is turned, as a plane's origin is; another may be a mistake."""
+    def _shift(self, triple: Line, back: bool) -> Line:
+        """What is added to a vector after it is turned, if that is meant; it may be a mistake."""
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
         shift = next(iter(self.lines(set().union(*unmoved), 2)), ())
         meant = back or self.is_named(shift, SHIFT) or (self.active and not self.is_named(shift, CENTRE))
@@ -133,7 +110,7 @@ class Turns(Names):
         made = self._made_by_formulas(triple)
         mirrored = made if {self.graph.tree(p)[0] for p in made} == {"minus", "area"} else ()
         may = mirrored, *plus[::-1], *used, made, *lines
-        point = self._as_labelled(next(filter(None, may), ()))
+        point = next(filter(None, may), ())
         # In 4×4 an origin that moves nothing is in a matrix that is transposed by mistake.
         minus += [line for line in used if len(triple) == 4 and not any(map(set(line).intersection, slopes))]
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
@@ -150,46 +127,14 @@ class Turns(Names):
         used = used.intersection(self.graph.component) - {p for window in self.windows for p in window}
         return next((line for line in runs(used) if len(line) == 3), ())
 
-    def _as_labelled(self, point: Line) -> Line:
-        """The point a cell further on, if the labels say that x, y and z are there."""
-        for order in (1, -1) if point else ():
-            _, near, end = point[::order]
-            moved = (near, end, offset(end, end[1] - near[1], end[2] - near[2]))[::order]
-            if self.typed.issuperset(moved) and [*map(self.coordinate, moved)] == [(0,), (1,), (2,)]:
-                return moved
-        return point
-
     def _is_still(self, line: Line, triple: Line) -> bool:
         """Whether lengths move no vector where nothing is turned, as those of an axis or centre; but for a slip."""
         slopes = [self.unturned.get(p, {}) for p in triple[:3]]
         counts = [len(set(line).intersection(each)) for each in slopes]
         return any(slopes) and counts.count(0) > 1 and sum(counts) < 3
 
-    # Quaternions.
-
-    def _quaternions(self, inputs: set[Place]) -> list[Line]:
-        """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
-        if not re.search(wording("quaternion"), self.text, re.I):
-            return []
-        lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
-        threes = [line for line in runs(self.typed & self.graph.used.keys() - self.turning) if len(line) == 3]
-        points = []  # four side by side
-        for line in lines:
-            across = {
-                p for three in threes for p in three if (three[0][1] == three[1][1]) != (line[0][1] == line[1][1])
-            }
-            if across.issuperset(line) and not re.search(r"\bw\b|\bq", self.label(line[0]), re.I):
-                points.append(line)
-        return [self.scalar_first(line) for line in lines if line not in points]
-
-    def _quaternion_of(self, cells: Collection[Place], place: Place) -> Line | None:
-        """The quaternion that most of some cells are of, that in the row of a place first; None without one."""
-        count = {q: (len(set(q).intersection(cells)), q[0][:2] == place[:2]) for q in self.quaternions}
-        best = max(count, key=lambda quaternion: count[quaternion], default=None)
-        return best if best and count[best][0] else None
-
     def _is_of_length_one(self, axis: Line) -> bool:
-        """Whether an axis or quaternion has length one, and no formula makes its length."""
+        """Whether an axis has length one, and no formula makes its length."""
         graph, given = self.graph, set(axis)
         lengths = (graph.upstream([p]) - graph.trees.keys() for p in graph.downstream(axis) & graph.trees.keys())
         is_one = abs(np.linalg.norm([graph.number(p) for p in axis]) - 1) < 2e-3
@@ -210,35 +155,26 @@ class Turns(Names):
                 raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vectors = set(given["result"])
         turn = Turn(given["result"], given["angles"], given["point"], given["origin"])
-        self._tell(turn, self.calculations)
+        self.calculations.append(self._told(turn))
 
-    def _tell(self, calculation: Turn, calculations: list[Calculation], plane: Plane | None = None) -> None:
+    def _told(self, calculation: Turn) -> Turn:
+        """The rotation with what the texts say of it."""
         calculation.results = self.as_named(calculation.results)
         calculation.point = self.as_named(calculation.point, ("coordinate",))
-        if any(name[:1] == "-" for name in self.names):
-            calculation.signs = [-1 if name[:1] == "-" else 1 for name in self.names]
-            if self._named_in_the_text(calculation.angles) != calculation.angles:
-                self.doubts[calculation.results] = f"which angle is negated, as in {' '.join(self.names)}?"
-                return
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
         calculation.back = bool((calculation.shift or primed) and re.search(wording("inverse"), self.text, re.I))
         as_it_is = calculation.shift and self.active and not self.task.convention  # R·p' + p0
         calculation.back &= not as_it_is
         active = self.active
-        of_quaternion = not calculation.point and re.search(wording("quaternion"), self.text, re.I)
-        if calculation.axis or of_quaternion:  # what the field means by these, unless it is said
+        if calculation.axis:  # what the field means by it, unless it is said
             active |= not (self.task.convention or re.search(PASSIVE, self.text, re.I))
         if calculation.axis:
             calculation.of_length_one = self._is_of_length_one(calculation.axis)
         calculation.sequence, calculation.active = self.sequence, active != calculation.back
-        name = {0: f"{self.sequence}, as {self.by} says", 3: "about an axis", 4: "by a quaternion"}
+        name = "about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
         back = ", turned back" * calculation.back
-        calculation.said = f"{'active' if active else 'passive'} rotation, {name[len(calculation.axis)]}{back}"
-        if plane:  # into it less the origin, or out of it and to the origin, or who knows
-            calculation.plane, calculation.sequence = plane, plane.sequence
-            calculation.active = bool(calculation.shift) if calculation.shift or calculation.origin else None
-            calculation.said = f"points by these angles, {plane.sequence}"
-        calculations.append(calculation)
+        calculation.said = f"{'active' if active else 'passive'} rotation, {name}{back}"
+        return calculation
 
 
 def _apart(lines: Iterable[Line]) -> list[Line]:

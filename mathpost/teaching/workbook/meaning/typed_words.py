@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from openpyxl.utils import get_column_letter
 
 from mathpost.detective.digits import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.teaching.workbook.meaning.calculation import nearest
-from mathpost.teaching.workbook.meaning.words import ROUNDED, UNIT_LENGTH
+from mathpost.teaching.workbook.meaning.words import UNIT_LENGTH
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.meaning.words import Words
@@ -23,25 +21,11 @@ FLIP = 60.0  # degrees between two rows that are worth a look
 
 def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[tuple[Place, str, str]]:
     """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
-    kinematics, values = rows[0].kinematics, dict(values)
-    for before, row in pairwise(rows):
-        for place, same in zip(row.results, before.results, strict=True):
-            if place not in values:
-                values[place] = values.get(same)  # a blank is the word before
-    for row in rows:
-        numbers = {p: values.get(p) for p in (*row.given, *row.results)}
-        lacking = [p for p, number in numbers.items() if number is None or not np.isfinite(number)]
-        yield from ((p, "wrong value", "a number belongs here") for p in lacking)
-        row.complete = not lacking
-    rows = [row for row in rows if row.complete]
-    if not rows:
-        return
+    kinematics = rows[0].kinematics
     words, tip, axis = (
         np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
     )
-    units, alone = rows[0].units, not rows[0].point
-    if alone:
-        words, tip = np.pad(words, ((0, 0), (3, 0))), np.zeros_like(axis)
+    units = rows[0].units
     half = _half_digits(words[:, :3]) + 2 * _half_digits(tip).max(axis=1, keepdims=True)
     half_angle = (_half_digits(words[:, 3:]) * units).max()
     half_axis = 0.0 if (axis % 1 == 0).all() else _half_digits(axis).max()
@@ -54,9 +38,9 @@ def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> It
     any_is = case.makes_the_axis()[:, None]  # as at the pole
     right = (np.abs(off) <= slack) | any_is
     demanded = words[:, 3:] - np.where((np.abs(off) <= slack) | ~any_is, off, 0)
-    linear, from_words = (rows[0].close(tip, axis, np.deg2rad(angles)) for angles in (demanded, words[:, 3:]))
+    linear, from_words = (kinematics.close(tip, np.deg2rad(angles))[:, :3] for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
-    half = half + 1e-6 + ROUNDED * bool(rows[0].further)
+    half = half + 1e-6
     # Made of the angles that are demanded, as closely as the tool axis tells them, or of the words as they are; how
     # a wrong word was before it was rounded nobody knows.
     allowed = half + 2 * np.deg2rad(np.minimum(spread.max(axis=(1, 2))[:, None], half_angle)) * reach
@@ -65,7 +49,7 @@ def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> It
     wrong = (np.abs(difference) > allowed) & (np.abs(words[:, :3] - from_words) > rounded)
     constant = wrong.all(axis=0) & (np.ptp(difference, axis=0) <= 4 * allowed.max()) & (len(rows) > 2)
     for r, row in enumerate(rows):
-        for k in (3, 4) if alone else (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words
+        for k in (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words
             name, word, cause = kinematics.machine.joint_names[k], words[r, k], "wrong value"
             if k < 3 and wrong[r, k]:
                 cause = "sign" if abs(word + linear[r, k]) <= allowed[r, k] else "offset" if constant[k] else cause
@@ -92,27 +76,22 @@ def _half_digits(numbers: np.ndarray) -> np.ndarray:
 def looked_at(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[str]:
     """Yield what deserves a look in the present words, place → number: travel, flips between rows."""
     machine = rows[0].kinematics.machine
-    own = np.array([[*[None] * 3, *map(values.get, row.results)][-5:] for row in rows], dtype=float)
+    own = np.array([[*map(values.get, row.results)] for row in rows], dtype=float)
     own[:, 3:] *= [row.units for row in rows]
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
-    in_rows = rows[0].results[-2][1] == rows[0].results[-1][1]
-    lines = [row.results[-2][1] if in_rows else get_column_letter(row.results[-2][2]) for row in rows]
-    what = "row" if in_rows else "column"
+    lines = [row.results[-1][1] for row in rows]
     for k, name in enumerate(machine.joint_names):
         outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
         beyond = [row for row, out in zip(lines, outside, strict=True) if out]
         if beyond:
             text = ", ".join(map(str, beyond[:6]))
-            yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in {what}{'s' * (len(beyond) > 1)} {text}"
+            yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)} {text}"
     lengths = np.linalg.norm(np.array([[values.get(p) for p in row.axis] for row in rows], dtype=float), axis=1)
     odd = [f"{lines[n]} ({lengths[n]:.4g})" for n in np.flatnonzero(np.abs(lengths - 1) > UNIT_LENGTH)]
     if 0 < 2 * len(odd) < len(rows):
-        yield f"the tool axis is no unit vector in {what} {', '.join(odd[:6])}"
+        yield f"the tool axis is no unit vector in row {', '.join(odd[:6])}"
     steps = np.abs(np.diff(own[:, 3:], axis=0)) * (np.diff([row.table for row in rows]) == 0)[:, None]
     for n in np.flatnonzero((steps > FLIP).any(axis=1)):
         jumps = zip(machine.joint_names[3:], steps[n], strict=True)
         jump = " and ".join(f"{name} jumps by {step:.4g}°" for name, step in jumps if step > FLIP)
-        yield f"between {what}s {lines[n]} and {lines[n + 1]} {jump}: a different branch?"
-    tilts = own[:, 3 + rows[0].tilting]
-    if (tilts > 0).any() and (tilts < 0).any():
-        yield f"the tilting axis changes its sign between {what}s: a different branch?"
+        yield f"between rows {lines[n]} and {lines[n + 1]} {jump}: a different branch?"

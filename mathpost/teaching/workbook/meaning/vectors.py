@@ -34,7 +34,6 @@ class Vectors(Given):
     turned: dict[Place, dict[Place, float]]
     unmoved: dict[Place, set[Place]]
     curved: dict[Place, set[Place]]
-    quaternions: list[Line]
 
     def _respond(self) -> None:
         """Find the inputs that each cell depends on, the cells that are linear in lengths, their slopes at angle 0.
@@ -67,8 +66,7 @@ class Vectors(Given):
             n = turn[place]
             if place in self.angles:
                 moved[place][n] += 11.0
-                scalar = place in {quaternion[0] for quaternion in self.quaternions}
-                moved[place][2 * size :] = 1.0 if scalar else 1e-5  # all but nothing is turned
+                moved[place][2 * size :] = 1e-5  # all but nothing is turned
             else:
                 moved[place][[n, size + n, 2 * size + n]] += [step, -step, step]
         values = graph.run(moved)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,8 +20,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import unit, wrap
 from mathpost.teaching.workbook.meaning.calculation import Calculation, look, nearest
-from mathpost.teaching.workbook.meaning.headings import CLOSE
-from mathpost.teaching.workbook.meaning.machine_table import Table, find_tables
+from mathpost.teaching.workbook.meaning.machine_table import CLOSE, Table, find_tables, is_whole
 from mathpost.teaching.workbook.sheet.place import Line
 from mathpost.teaching.workbook.sheet.samples import SAMPLES
 from mathpost.teaching.workbook.sheet.tree import heads
@@ -41,26 +41,16 @@ TOLD = 0.05  # of a unit vector: so much tells a length
 
 @dataclass(eq=False)
 class Words(Calculation):
-    """One row of a table; `results` are the five words in the machine's joint order, `point` is the tip.
-
-    Without a tip they are the two rotary words.
-    """
+    """One row of a table; `results` are the five words in the machine's joint order, `point` is the tip."""
 
     kinematics: Kinematics = field(kw_only=True)
     units: tuple[float, ...] = (1.0, 1.0)  # degrees of 1 of a rotary word
     table: int = 0  # of a workbook with several
     preferred: int | None = None
-    exchanged: (
-        tuple[Place, str] | tuple[()]
-    ) = ()  # of its table: a cell under another one's heading, and a sentence
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
-    further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's
-    back: np.ndarray | float = 0.0  # what is subtracted from it: the same at rotary zero, or nothing
 
     def unround(self, inputs: Values) -> None:
         """Normalise the tool axis of the sheet, if it is one but for its last digits."""
-        if not inputs.keys() >= set(self.axis):  # a formula in place of a number
-            return
         length = np.linalg.norm([inputs[p][0] for p in self.axis])
         is_unit = abs(length - 1) < UNIT_LENGTH
         for place in self.axis:
@@ -71,7 +61,6 @@ class Words(Calculation):
         """Compute the words at the samples in `values`, on the branch that those that are there now are on."""
         tip, axis, now = (look(values, places) for places in (self.point, self.axis, self.results))
         axis = _not_zero(axis)
-        tip = tip if self.point else np.zeros_like(axis)
         both = self.kinematics.inverse(tip, axis, degrees=True)[..., 3:]
         own = now[:, -2:] * self.units
         rotary, self.votes = nearest(own, both, preferred=self.preferred)
@@ -79,17 +68,12 @@ class Words(Calculation):
         off = np.abs(made - axis / np.linalg.norm(axis, axis=-1, keepdims=True)).max(axis=-1)
         rotary = np.where((np.isfinite(own).all(axis=-1) & (off < 1e-10))[:, None], own, rotary)  # any, at the pole
         self.radians = np.deg2rad(rotary)
-        linear = self.close(tip, axis, self.radians)
-        self.should_be(self.results, np.hstack([linear, rotary / self.units]).T[-len(self.results) :])
+        linear = self.kinematics.close(tip, self.radians)[:, :3]
+        self.should_be(self.results, np.hstack([linear, rotary / self.units]).T)
         turns = [self.radians, rotary, np.cos(self.radians), np.sin(self.radians)]
         length = np.linalg.norm(axis, axis=-1, keepdims=True)
         beside = np.hstack([*turns, linear, tip, axis / length, length, np.zeros((SAMPLES, 1))])
         self.known = {1: [entry[None] for entry in beside.T]}
-
-    def close(self, tip: np.ndarray, axis: np.ndarray, radians: np.ndarray) -> np.ndarray:
-        """X Y Z, of the point that the sheet means, that bring the tip into place."""
-        at_tip, up = (self.kinematics.close(tip + step, radians)[:, :3] for step in (0, unit(_not_zero(axis))))
-        return at_tip + self.further * (up - at_tip - self.back)
 
     @property
     def periods(self) -> dict[Place, float]:
@@ -135,7 +119,7 @@ def rows_of(
     """Return the rows of the tables as `Words`, and the ranges that look like a table and are not understood.
 
     `cells` says where the columns are, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
-    Raise `InputError` if there is no table, or the machine has one rotary axis.
+    Raise `InputError` if the machine has one rotary axis.
     """
     graph = found.graph
     kinematics = Kinematics(machines.load(machine) if isinstance(machine, str | Path) else machine)
@@ -145,26 +129,26 @@ def rows_of(
     left: list[str] = []
     if cells:
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
-        tables = [Table(list(zip(*blocks, strict=False)), (1.0, 1.0))]
+        named = [*zip(*blocks, strict=False)]
+        tables = [Table([row for row in named if is_whole(graph, chain(*row))])]
+        left = [graph.range(tuple(chain(*row))) for row in named if row not in tables[0].rows]
     else:
         tables, left = find_tables(graph, kinematics)
-    if not tables:
-        names = " ".join(kinematics.machine.joint_names)
-        expected = f"a table with the headings x y z i j k {names}, or --cells tip=A2:C6,axis=D2:F6,joints=G2:K6"
-        raise InputError(str(graph.book.path), expected, "none")
     rows = []
     for n, table in enumerate(tables):
         said = f"NC words, each against tool tip and tool axis: {table.said(graph)}"
         typed = [p not in graph.trees for *_, words in table.rows for p in words]
+        is_typed = 2 * sum(typed) > len(typed)
         for tip, axis, words in table.rows:
             row = Words(words, (), tip, (), axis, said, kinematics=kinematics, units=table.units, table=n)
             row.beyond = any("ATAN" in heads(graph.trees[p]) for p in words if p in graph.trees)
-            row.exchanged = table.exchanged
-            row.typed, row.aside, said = 2 * sum(typed) > len(typed), table.counters, ""
+            row.typed, said = is_typed, ""
             rows.append(row)
         for column in zip(*(words for *_, words in table.rows), strict=True):
             graph.take_unrounded(column)
-    return rows, [f"{area}: a table that is not understood" for area in left]
+    names = " ".join(kinematics.machine.joint_names)
+    none = f"no table with the headings x y z i j k {names}: say where it is, --cells tip=…,axis=…,joints=…"
+    return rows, [*(f"{area}: numbers that are no row of a table" for area in left), *([] if rows else [none])]
 
 
 def _column_block(graph: Graph, name: str, cells: Mapping[str, str]) -> list[Line]:
@@ -176,36 +160,27 @@ def _column_block(graph: Graph, name: str, cells: Mapping[str, str]) -> list[Lin
     return list(zip(*[iter(area.places)] * COLUMNS[name], strict=True))
 
 
-def point_named(rows: list[Words], now: Callable[[Place], np.ndarray]) -> Iterator[str]:
-    """Take the point that X Y Z name where it is not the machine file's, and yield a sentence on it.
+def names_another_point(rows: list[Words], now: Callable[[Place], np.ndarray]) -> str:
+    """Return a sentence if X Y Z of a table name another point than the machine file means, or nothing.
 
     Most words in two columns are then off by one length along the turned tool axis, less the same at rotary zero if
     the machine file means a point that does not turn. `now(place)` is what is in a cell.
     """
-    rows = [row for row in rows if np.isfinite([now(p) for p in row.given]).all()]
-    for row in rows:
-        row.prepare({p: now(p) for p in row.read}, {})
-    if not rows:
-        return
-    kinematics, best = rows[0].kinematics, 1
+    kinematics = rows[0].kinematics
     tip, axis, words = (
         np.hstack([[now(p) for p in getattr(row, part)] for row in rows]).T for part in ("point", "axis", "results")
     )
     radians, at_zero = np.vstack([row.radians for row in rows]), unit(np.array(kinematics.machine.tool_axis, float))
-    off, up = (kinematics.close(tip + step, radians)[:, :3] for step in (0, unit(_not_zero(axis))))
-    off, up = words[:, :3] - off, up - off
+    at_tip, up = (kinematics.close(tip + step, radians)[:, :3] for step in (0, unit(_not_zero(axis))))
+    off, up = words[:, :3] - at_tip, up - at_tip
     told = (np.abs(up - at_zero) > TOLD) & np.isfinite(off)
     for back in (0 * at_zero, at_zero) if told.any() else ():
         length = np.nanmedian(off[told] / (up - back)[told])
         fits = told & (np.abs(off - length * (up - back)) < CLOSE)
-        columns = np.sum(2 * fits.sum(axis=0) > told.sum(axis=0))
-        if columns > best and abs(length) > CLOSE:
-            best, length = columns, round(length, 3) if rows[0].typed else length
-            for row in rows:
-                row.further, row.back = length, back
-    if best > 1:
-        where = f"{abs(rows[0].further):.6g} mm {'up' if rows[0].further > 0 else 'down'} the tool axis"
-        yield f"X Y Z name a point {where} from the one that the machine file means"
+        if np.sum(2 * fits.sum(axis=0) > told.sum(axis=0)) > 1 and abs(length) > CLOSE:
+            where = f"{abs(length):.6g} mm {'up' if length > 0 else 'down'} the tool axis"
+            return f"X Y Z name a point {where} from the one that the machine file means"
+    return ""
 
 
 def on_the_wrong_branch(

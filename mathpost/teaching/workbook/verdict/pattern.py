@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections import defaultdict
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import cached_property
@@ -11,22 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.edits import repaired, said
 from mathpost.teaching.workbook.sheet.evaluate import STATISTICS
-from mathpost.teaching.workbook.sheet.formula import Area, Tree
+from mathpost.teaching.workbook.sheet.formula import Tree
 from mathpost.teaching.workbook.sheet.neighbours import between, filled
-from mathpost.teaching.workbook.sheet.place import beside, offset
+from mathpost.teaching.workbook.sheet.place import beside
 from mathpost.teaching.workbook.sheet.samples import CLOSE, SAMPLES, Values, same
-from mathpost.teaching.workbook.sheet.tree import areas, form_of, parts_of, text_of, with_areas
+from mathpost.teaching.workbook.sheet.tree import areas, form_of, text_of, with_areas
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.report import Fault
     from mathpost.teaching.workbook.sheet.place import Place
     from mathpost.teaching.workbook.verdict.judge import Judge
     from mathpost.teaching.workbook.verdict.known import Known
-
-OF_A_PART = rf"{wording('of a part')}|P\d|\d *[-–] *\d"
 
 UNLIKE_AROUND = "the formulas around it go on in a different way"
 
@@ -59,22 +54,10 @@ class Pattern:
                 if self._differs(place, other, made, place in rest):
                     yield self._fault(place, other, made)
                     break
-            whole = self._longer(place) if place in rest else None
-            if whole and self.known.is_known(place, whole) and not self.known.is_known(place):
-                yield self._fault(place, whole, self.judge.calculate(place, whole))
         for place in self.judge.found.sorted(self._typed):
             goes_on = between(graph, place, 4) if place not in self.still else None
             if goes_on and np.isfinite(made := self.judge.calculate(place, goes_on)).all():
                 yield replace(self.judge.typed_number(place), values={place: made})
-
-    def doubts(self, rest: set[Place]) -> Iterator[Place]:
-        """Yield cells that may be meant: numbers where formulas go on, sums of a part, the same sum twice."""
-        for place in self._typed:
-            if place not in self.still and between(self.graph, place, 4 if place in self.graph.used else 3):
-                yield place
-        for place in rest & self.graph.trees.keys():
-            if self._longer(place) or self._repeats(place):
-                yield place
 
     @property
     def _typed(self) -> set[Place]:
@@ -91,7 +74,7 @@ class Pattern:
             if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
                 continue  # such as a matrix less that of zeros and ones
             alike = form_of(other) == graph.form(place)
-            if other == sure or (alike and self.known.is_known(place, other)):
+            if other == sure or alike:
                 yield other
 
     def _differs(self, place: Place, other: Tree, made: np.ndarray, is_rest: bool) -> bool:
@@ -115,53 +98,6 @@ class Pattern:
         elif text_of(repair) != text_of(other):
             cause, sentence = "wrong value", said(place, tree, other)
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}", UNLIKE_AROUND, {place: made})
-
-    # Sums, means and extremes.
-
-    def _longer(self, place: Place) -> Tree | None:
-        """A sum, mean or extreme of a whole line, where it is of some cells only and no text in its row says so."""
-        tree = self.graph.trees[place]
-        of_a_part = any(re.search(OF_A_PART, text, re.I) for text in self._texts_in_row[place[:2]])
-        of = [p for p in parts_of(tree) if p[0] in STATISTICS - {"SUMSQ"}] if not of_a_part else []
-        lines = {part[1] for each in of for part in parts_of(each) if part[0] == "area"}
-        longer = [self._whole(each, place) if each in lines else each for each in areas(tree)]
-        return with_areas(tree, longer) if longer != areas(tree) else None
-
-    def _whole(self, area: Area, place: Place) -> Area:
-        """A range with what goes on at its ends: formulas of one form, or the same coordinate of further points."""
-        graph, places, roles = self.graph, area.places, self._coordinates
-        forms, own = {*map(graph.form, places)}, {roles.get(p) for p in places}
-        none = None in forms and (len(own) > 1 or None in own)
-        if not min(area.shape) == 1 < max(area.shape) or graph.is_array(places) or len(forms) > 1 or none:
-            return area
-
-        def end(last: Place, down: int, right: int) -> Place:
-            near = offset(last, down, right)
-            alike = graph.form(near) in forms and (None not in forms or roles.get(near) in own)
-            return end(near, down, right) if alike and near != place and near in graph.component else last
-
-        step = (0, 1) if area.shape[0] == 1 else (1, 0)
-        first, last = end(places[0], -step[0], -step[1]), end(places[-1], *step)
-        return Area(first[0], *first[1:], *last[1:], area.fixed)
-
-    def _repeats(self, place: Place) -> bool:
-        """Whether a statistic is the same as the one beside it, where others step on."""
-        graph, tree = self.graph, self.graph.trees[place]
-        moving = any(not any(area.fixed) for area in areas(tree))
-        return tree[0] in STATISTICS and moving and any(graph.trees.get(p) == tree for p in beside(place))
-
-    @cached_property
-    def _texts_in_row(self) -> defaultdict[tuple[str, int], list[str]]:
-        found: defaultdict[tuple[str, int], list[str]] = defaultdict(list)
-        for place, cell in self.graph.cells.items():
-            if isinstance(cell.value, str) and not cell.formula:
-                found[place[:2]].append(cell.value)
-        return found
-
-    @cached_property
-    def _coordinates(self) -> dict[Place, int]:
-        """Place of a given number → which coordinate it is, of a point."""
-        return {p: n for c in self.judge.live for n, p in enumerate(c.point)}
 
 
 def _without_numbers(tree: Tree) -> Tree:

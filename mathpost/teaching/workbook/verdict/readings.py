@@ -23,7 +23,6 @@ PRODUCT = re.compile(r"= *((?:\w+(?:\([^()]*\))? *(?:ᵀ|\^T)? *[·*×∙⋅] *)
 FACTOR = re.compile(r"(\w+?(?:\([^()]*\))?) *(ᵀ|\^T)? *[·*×∙⋅]")
 Reading = tuple[str, bool]  # a sequence, and whether it is active
 OTHER_CONVENTION = "all results are right in a different sequence or convention than the task's"
-SET_ASIDE = wording("another task", "set aside")
 
 
 class Readings:
@@ -32,40 +31,17 @@ class Readings:
     def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
 
-    def choose_the_way(self, turns: list[Turn]) -> None:
-        """Take points into their plane or out of it, whichever more of them are."""
-        right = {}
-        for active in (True, False):
-            for turn in turns:
-                turn.active = active
-            self.judge.prepare(turns)
-            right[active] = sum(len(turn.targets) - len(self.judge.bad(turn.targets)) for turn in turns)
-        for turn in turns:
-            turn.active = right[True] > right[False]
-
     def read_the_headings(self) -> None:
-        """Take a result the other way where its heading says so and it is that, beside one that is as asked.
-
-        One that is said to be for comparison, and is neither, is set aside.
-        """
-        turns: list[Turn] = [
-            c for c in self.judge.live if isinstance(c, Turn) and not c.plane and c.active is not None
-        ]
+        """Take a result the other way where its heading says so and it is that, beside one that is as asked."""
+        turns = [c for c in self.judge.live if isinstance(c, Turn)]
         off = [turn for turn in turns if len(self.judge.bad(turn.targets)) > 1]
         for turn in off if len(off) < len(turns) else ():
             heading = self.found.heading(turn.results)
-            other = re.search(
-                PASSIVE if turn.active else f"{SAID_ACTIVE}|{wording('the point turns')}", heading, re.I
-            )
-            if other and not re.search(RECIPE, heading, re.I):
+            said = PASSIVE if turn.active else f"{SAID_ACTIVE}|{wording('the point turns')}"
+            if re.search(said, heading, re.I) and not re.search(RECIPE, heading, re.I):
                 self._turn_round(turn)
-                if self.judge.met(turn.targets):
-                    continue
-                self._turn_round(turn)
-            if re.search(SET_ASIDE, heading, re.I):
-                self.judge.live.remove(turn)
-                self.found.calculations.remove(turn)
-                self.found.doubts[turn.results] = f"{self.graph.range(turn.results)}: said to be for comparison"
+                if not self.judge.met(turn.targets):
+                    self._turn_round(turn)
 
     def _turn_round(self, turn: Turn) -> None:
         before, after = ("active", "passive") if turn.active else ("passive", "active")
@@ -130,7 +106,7 @@ class Readings:
 
     def _other(self, calculations: Sequence[Calculation], readings: Iterable[Reading]) -> tuple[str, str] | None:
         """The sequence and convention, of some, that all results are of, or None; rotations are left as these."""
-        turns = [c for c in calculations if isinstance(c, Turn) and not (c.axis or c.plane)]
+        turns = [c for c in calculations if isinstance(c, Turn) and not c.axis]
         for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
             for turn in turns:
                 turn.sequence, turn.active = sequence, active != turn.back

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.teaching.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.teaching.workbook.meaning.label import IN_RADIANS
-from mathpost.teaching.workbook.meaning.plane_angles import Plane
 from mathpost.teaching.workbook.sheet.evaluate import COMPARISONS
 from mathpost.teaching.workbook.sheet.file import EMPTY
 from mathpost.teaching.workbook.sheet.place import offset
@@ -160,23 +158,8 @@ class Sampled:
         }
 
     def stands(self, calculation: Calculation, places: Line) -> bool:
-        """Whether some cells together hold values known for so many; a cell of a plane's vector with the others."""
-        is_one = isinstance(calculation, Plane) and len(places) == 1
-        lines = self.vectors_of(*places) if is_one else []
-        if is_one and not lines:
-            return any(same(entry, self.now(*places)) for entry in calculation.entries)
-        known = ((line, each) for line in (places, *lines) for each in calculation.known.get(len(line), ()))
-        return any(same(each, self.block(line)) for line, each in known)
-
-    def vectors_of(self, place: Place) -> list[Line]:
-        """Three cells in line, a place among them, of which at least two are of one form."""
-        graph, found = self.graph, []
-        for (down, right), first in product(((0, 1), (1, 0)), (-2, -1, 0)):
-            line = tuple(offset(place, (first + n) * down, (first + n) * right) for n in range(3))
-            forms = [form for form in map(graph.form, line) if form]
-            if len(forms) > len({*forms}) and graph.component.keys() >= {*line}:
-                found.append(line)
-        return found
+        """Whether some cells together hold values known for so many."""
+        return any(same(each, self.block(places)) for each in calculation.known.get(len(places), ()))
 
 
 def as_window(window: Line, matrix: np.ndarray) -> Values:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,9 +18,8 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.verdict.judge import Judge
 
 CALCULATED = 3  # decimals that nobody gives
-COMPARED = rf"{wording('compared')}|Δ|\|"
-LENGTH_OR_VOLUME = rf"{wording('length or volume')}|\|.*\|"
 EXPECTED = wording("expected")
+LENGTH_OR_VOLUME = rf"{wording('length or volume')}|\|.*\|"
 
 
 class Scope:
@@ -35,18 +32,16 @@ class Scope:
     def _scope(self) -> tuple[list[Place], set[Place]]:
         """The cells to judge, and those of them that no result needs."""
         judge, graph, found = self.judge, self.graph, self.found
-        aside = {p for c in judge.live for p in c.aside}
-        messages = graph.messages | (aside - graph.downstream(judge.inputs))
+        messages = graph.messages
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = found.typed - graph.trees.keys()
-        unused = {p for p in typed - graph.used.keys() if self._looks_calculated(p)}
-        unused |= {p for p in typed - graph.used.keys() if found.planes and judge.vectors_of(p)}
+        alone = {p for p in typed - graph.used.keys() if self._looks_calculated(p)}
         typed = {p for p in typed if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         results = np.array([target[0] for target in judge.targets.values()])
         typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
-        typed |= unused
+        typed |= alone
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         explained = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(explained, judge.inputs) - judge.inputs.keys()) | judge.unsure
@@ -63,20 +58,13 @@ class Scope:
         return [p for p in places if p not in other], rest - other
 
     def _looks_calculated(self, place: Place) -> bool:
-        """Whether a number that no formula uses has a label, or decimals, of what nobody gives."""
-        label, number = self.found.label(place), self.graph.number(place)
-        if re.search(EXPECTED, label, re.I):
-            return False
-        many = float(f"{number:.2g}") != number or number == 0
-        named = re.search(LENGTH_OR_VOLUME, label, re.I) or (many and re.search(COMPARED, label, re.I))
-        alone = self._typed_in[id(self.graph.component[place])] < 3
-        return bool(named) or (alone and written_decimals(number) >= CALCULATED)
-
-    @cached_property
-    def _typed_in(self) -> Counter[int]:
-        """How many typed numbers each component has."""
+        """Whether a number that no formula uses is said to be a length, or alone has decimals that nobody gives."""
         component = self.graph.component
-        return Counter(id(component[p]) for p in self.found.typed if p in component)
+        if re.search(LENGTH_OR_VOLUME, self.found.label(place), re.I):
+            return True
+        is_alone = sum(p in self.found.typed for p in component[place]) < 3
+        has_decimals = written_decimals(self.graph.number(place)) >= CALCULATED
+        return is_alone and has_decimals and not re.search(EXPECTED, self.found.label(place), re.I)
 
 
 def _is_count_or_mean(tree: Tree) -> bool:

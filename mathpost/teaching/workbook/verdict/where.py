@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.calculation import Turn
-from mathpost.teaching.workbook.meaning.plane_angles import Plane
 from mathpost.teaching.workbook.meaning.words import Words
 from mathpost.teaching.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, at_samples, same
@@ -84,8 +83,6 @@ class Where:
             known = [dict(zip(block, each, strict=True)) for each in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(known, targets, bad)
         typed = scope & (found.constants | (found.typed & targets.keys()))
-        if isinstance(calculation, Plane):
-            typed |= scope & found.typed - {p for c in self.judge.live for p in c.given}
         places = sorted(formulas | typed, key=graph.calculation_order)
         moving = [p for p in places if p not in targets and graph.downstream([p]).issuperset(bad)]
         moved = cache(self._moved)
@@ -119,10 +116,7 @@ class Where:
         """Triples and quadruples of vector cells, the results among them."""
         vectors = self.found.vectors & scope
         lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
-        steps = {step.results for step in self.judge.steps(calculation) if scope.issuperset(step.results)}
-        lines = {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results} | steps
-        if isinstance(calculation, Plane):
-            lines |= {line for p in scope & self.graph.trees.keys() for line in self.judge.vectors_of(p)}
+        lines = {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results}
         return sorted(lines, key=lambda line: [self.graph.reading_order(p) for p in line])
 
     def _tried(self, options: Iterable[Values], targets: Values, bad: list[Place]) -> Iterator[Values]:
@@ -188,12 +182,6 @@ class Where:
         if place in self.found.constants:
             yield from (np.full(SAMPLES, factor) for factor in CONVERSIONS)
         seen = [self.judge.now(place)]
-        if isinstance(calculation, Plane) and place not in self.graph.trees:  # typed over what was there
-            yield from (
-                entry
-                for entry in calculation.entries
-                if abs(entry[0] - seen[0][0]) < 0.01 + ROUGHLY * abs(entry[0])
-            )
         changed = edits(self.graph, place) if place in self.graph.trees else ()
         held = self.graph.parts_at(self.graph.tree(place), self.judge.values)
         for *_, tree in changed:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.calculation import LARGEST_RADIANS, Turn
-from mathpost.teaching.workbook.meaning.plane_angles import Plane
 from mathpost.teaching.workbook.sheet.edits import INVERSE, repaired
 from mathpost.teaching.workbook.sheet.neighbours import as_around
 from mathpost.teaching.workbook.sheet.place import beside
@@ -59,18 +58,12 @@ class Why:
             near = graph.upstream(calculation.results)
             senses = [sense for window, (sense, _) in elements.items() if not near.isdisjoint(window)]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
-        elif len(unit) == 1 or isinstance(calculation, Plane):
+        elif len(unit) == 1:
             within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.judge.targets]
             stands = any(self.judge.stands(calculation, w) for w in within)
-            if stands or self._spoils(calculation, option) or self._is_strange(calculation, option):
+            if stands or self._spoils(calculation, option):
                 cost += UNLIKELY  # it may be right as it is, alone or in a matrix, or what follows from it may be
         return cost, faults
-
-    @staticmethod
-    def _is_strange(calculation: Calculation, option: Values) -> bool:
-        """Whether a plane has no such numbers on the way, as those that only make up for another slip."""
-        known = calculation.entries if isinstance(calculation, Plane) else ()
-        return bool(known) and not all(any(same(value, entry) for entry in known) for value in option.values())
 
     def _spoils(self, calculation: Calculation, option: Values) -> bool:
         """Whether a repair changes a cell on the way to the results whose present value may be right."""
