@@ -25,7 +25,7 @@ from mathpost.formula import slices
 from mathpost.path.cl_lines import LARGEST, Records
 from mathpost.path.cl_words import Statements
 from mathpost.path.modal import Command, Remark
-from mathpost.path.pieces import Arc, Hole
+from mathpost.path.pieces import Arc, Hole, moved
 from mathpost.rotation import angle_of_chord, unit
 
 ARC_TOLERANCE = 0.001  # mm
@@ -68,7 +68,7 @@ class CLData:
         end = stop if stop < len(self) else stop + 1  # the last part has what follows it, too
         remarks = tuple((record - start, text) for record, text in self.remarks if start <= record < end)
         rows = slice(start, stop)
-        pieces = tuple(piece.moved(-start) for piece in self.pieces if start <= piece.first and piece.last < stop)
+        pieces = tuple(moved(piece, -start) for piece in self.pieces if start <= piece.first and piece.last < stop)
         return replace(
             self,
             points=self.points[rows],
@@ -205,7 +205,7 @@ def parse(
     notes = [NO_UNITS] * (not statements.units_stated)
     notes += [f"{what}: {count}" for what, count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
-    pieces = tuple(piece.moved(int((over <= piece.first).sum())) for piece in statements.pieces)
+    pieces = tuple(moved(piece, int((over <= piece.first).sum())) for piece in statements.pieces)
     made = replace(made, coordinates=statements.coordinates.rule, pieces=pieces)
     if not statements.normals:
         return made

@@ -62,11 +62,6 @@ def need_right_handed(rotation: np.ndarray) -> None:
         refuse("right-handed axes at right angles", str(rotation.round(6).tolist()))
 
 
-def turned(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether the axes of two systems (3, 4) differ."""
-    return not np.allclose(one[:, :3], other[:, :3], atol=SAME)
-
-
 def differ(one: np.ndarray, other: np.ndarray) -> bool:
     return not np.allclose(one, other, atol=SAME)
 
@@ -170,9 +165,8 @@ class Coordinates:
             self.z = tuple(csys[:, 2].tolist())
         else:
             if before is not None and differ(csys, before):
-                refuse(
-                    "TRNTYP/WORLD before CSYS, or one CSYS: nothing says in whose coordinates GOTO is", "another"
-                )
+                expected = "TRNTYP/WORLD before CSYS, or one CSYS: nothing says in whose coordinates GOTO is"
+                refuse(expected, "another")
             if not np.allclose(csys[:, 2], Z, atol=SAME):
                 refuse("TRNTYP/WORLD before a CSYS that leans: nothing says in whose coordinates GOTO is", "none")
             self.rule = ONE_CSYS
@@ -185,17 +179,13 @@ class Coordinates:
             return None
         if before is None:
             before = creo
-        if turned(creo, before):
-            refuse(
-                "MULTAX/ON (five-axis output, in machine coordinates) where $$-> CSYS turns between steps", "none"
-            )
+        if differ(creo[:, :3], before[:, :3]):
+            expected = "MULTAX/ON (five-axis output, in machine coordinates) where $$-> CSYS turns between steps"
+            refuse(expected, "none")
         self.settled_creo = before
         self.rule = MACHINE if self.rule == MACHINE else THREE_AXES
-        return (
-            "$$-> CSYS moves between three-axis steps: taken in machine coordinates"
-            if differ(creo, before)
-            else None
-        )
+        moves = "$$-> CSYS moves between three-axis steps: taken in machine coordinates"
+        return moves if differ(creo, before) else None
 
     def placed(self, numbers: np.ndarray) -> np.ndarray:
         """Points and axes, shape (6, n), in the first system."""

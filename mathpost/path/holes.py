@@ -9,7 +9,7 @@ from mathpost.machine import MM_PER_INCH
 from mathpost.path.arcs import Cycle
 from mathpost.path.cl_lines import REAL, known, need
 from mathpost.path.modal import Command
-from mathpost.path.moves import Moves
+from mathpost.path.moves import Movements
 from mathpost.path.orders import BACK, FEED_UNITS, LEAST_FEED
 from mathpost.path.pieces import Hole
 
@@ -25,7 +25,7 @@ DWELLS = ("DWELL", "REV")  # in seconds or turns, also DWELL,REV,n and DWELL,n,R
 CHIP_BREAKING = 0.5  # mm that BRKCHP goes back
 
 
-class Holes(Moves):
+class Holes(Movements):
     def __init__(self, name: str, tolerance: float) -> None:
         super().__init__(name, tolerance)
         self.cycle_feed: float | None = None  # mm per turn that the cycle goes at, or None

@@ -25,7 +25,7 @@ LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # 
 Circle = tuple[list[float], list[float], int, float | None]
 
 
-class Moves(Orders):
+class Movements(Orders):
     def __init__(self, name: str, tolerance: float) -> None:
         super().__init__(name)
         self.tolerance = tolerance
@@ -34,9 +34,7 @@ class Moves(Orders):
         self.tangent: list[float] | None = None
         self.cycle: Cycle | None = None
         self.circle: Circle | None = None  # the next move, if it is an arc,
-        self.arc_before: tuple[list[float], list[float]] | None = (
-            None  # and centre and axis of the last, if it was one
-        )
+        self.arc_before: tuple[list[float], list[float]] | None = None  # centre and axis of the last, if it was one
         self.unconfirmed = False  # whether the tool axis must still confirm the sense in which the table turned
         self.work_offset: int | None = None
         self.normals: dict[int, list[float]] = {}
@@ -63,7 +61,7 @@ class Moves(Orders):
                 self.axis = list(self.coordinates.z)
             self.along_z = False
 
-    # Moves
+    # Movements
 
     def on_goto(self, words: list[str]) -> None:
         point, axis, normal = self.pose(words, 3, 6, 9)
@@ -91,9 +89,8 @@ class Moves(Orders):
         outwards = abs(np.linalg.norm(normal) - 1) <= UNIT_TOLERANCE and np.dot(normal, axis) >= -UNIT_TOLERANCE
         need(outwards, "a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
         need(not (self.circle or self.cycle), "contact normals of single points only", "an arc or a cycle")
-        self.normals[self.start] = self.coordinates.placed(np.array([[0, 0, 0, *normal]], dtype=float).T)[
-            3:, 0
-        ].tolist()
+        placed = self.coordinates.placed(np.array([[0, 0, 0, *normal]], dtype=float).T)
+        self.normals[self.start] = placed[3:, 0].tolist()
 
     def on_godlta(self, words: list[str]) -> None:
         self.settle()

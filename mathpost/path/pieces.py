@@ -15,10 +15,6 @@ class Arc:
     centre: tuple[float, float, float]  # a point of its axis, mm
     axis: tuple[float, float, float]  # a unit vector, about which the tool turns right-handed
 
-    def moved(self, by: int) -> "Arc":
-        """Return it with `by` more records before it."""
-        return replace(self, first=self.first + by, last=self.last + by)
-
 
 @dataclass(frozen=True)
 class Hole:
@@ -29,6 +25,7 @@ class Hole:
     cycle: Cycle
     said: tuple[Command, ...] = ()  # commands to the control on the way, as part of the cycle
 
-    def moved(self, by: int) -> "Hole":
-        """Return it with `by` more records before it."""
-        return replace(self, first=self.first + by, last=self.last + by)
+
+def moved(piece: Arc | Hole, by: int) -> Arc | Hole:
+    """Return a piece with `by` more records before it."""
+    return replace(piece, first=piece.first + by, last=piece.last + by)

@@ -86,8 +86,8 @@ class Region:
             "cubic lifted": lambda: self._cubic_lifted(clearance),
             "aside": lambda: self._aside(lean),
             "retract": lambda: self._retract(clearance),
-            "paper cubic": lambda: self._paper_cubic(points),
-            "paper clamped": lambda: self._paper_clamped(points),
+            "paper cubic": lambda: self._of_the_paper(yu_dan.paper_cubic, points),
+            "paper clamped": lambda: self._of_the_paper(yu_dan.paper_clamped, points),
         }
         motion = motions[name]()
         if name in self.FOLLOWING:
@@ -175,14 +175,9 @@ class Region:
         before = swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
-    def _paper_cubic(
-        self, points: int, cubic: Callable[[np.ndarray, np.ndarray], np.ndarray] = yu_dan.paper_cubic
-    ) -> Motion:
+    def _of_the_paper(self, cubic: Callable[[np.ndarray, np.ndarray], np.ndarray], points: int) -> Motion:
         rows, t = yu_dan.four_records(self.joints, (self.first, self.last)), np.linspace(0, 1, points + 2)
         return Motion.on_part(cubic(rows, t), self.first + t * (self.last - self.first))
-
-    def _paper_clamped(self, points: int) -> Motion:
-        return self._paper_cubic(points, yu_dan.paper_clamped)
 
     def _with_tip_kept(self, place: np.ndarray, rotary: np.ndarray) -> Motion:
         """Close the loop at each node."""

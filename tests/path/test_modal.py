@@ -13,7 +13,7 @@ from mathpost import load_machine, postprocess
 from mathpost.errors import InputError
 from mathpost.path import cl as cldata
 from mathpost.path.cl_words import ALIASES, COMMENTS, MOVING, REFUSED, Statements
-from mathpost.path.moves import Moves
+from mathpost.path.moves import Movements
 from mathpost.shop.controls.reader import read as read_program
 from tests.conftest import DATA
 
@@ -271,7 +271,7 @@ def test_words_that_move_the_tool_are_not_ignored(word):
 
 def test_every_word_that_moves_is_among_those():
     """Whatever a method of the moves takes, under each of its names."""
-    names = {name[3:].upper() for name in vars(Moves) if name.startswith("on_")}
+    names = {name[3:].upper() for name in vars(Movements) if name.startswith("on_")}
     assert names | {alias for alias, word in ALIASES.items() if word in names} <= MOVING
     modelled = {name[3:].upper() for name in dir(Statements) if name.startswith("on_")}
     assert not MOVING & COMMENTS.keys() and not (COMMENTS | REFUSED).keys() & modelled

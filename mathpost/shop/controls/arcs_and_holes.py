@@ -18,7 +18,7 @@ from mathpost.shop.controls.blocks import PLANES
 from mathpost.shop.controls.lines import Drilling, Line, seconds
 
 if TYPE_CHECKING:
-    from mathpost.shop.controls.reader import Lines
+    from mathpost.shop.controls.reader import ProgramReader
 
 CHORD = 0.0001  # mm, between an arc and the points that are made of it
 LEAN = 0.05  # degrees, that a tool may be off the axis of a drilling cycle: printed digits of a plane
@@ -41,7 +41,7 @@ class Heights:
     dwell: float = 0.0  # seconds that it waits at the bottom; below 0 turns of the spindle
 
 
-def point(reader: Lines, line: Line, arc: str) -> None:
+def point(reader: ProgramReader, line: Line, arc: str) -> None:
     """Make words of the rotary axes of a tool axis that is stated as a vector."""
     word = "centre" if reader.vectors else "tool axis"
     given = [line.values.get(f"{word} {letter}") for letter in "XYZ"]
@@ -54,7 +54,7 @@ def point(reader: Lines, line: Line, arc: str) -> None:
     line.axes |= {name: (angle, "absolute") for name, angle in zip(reader.names[3:], angles, strict=True)}
 
 
-def turn(reader: Lines, line: Line, clockwise: bool) -> None:
+def turn(reader: ProgramReader, line: Line, clockwise: bool) -> None:
     """Run an arc or a helix; rotary axes that are named turn along with it."""
     start, end, values = reader.at.words.copy(), reader.target(line), line.values
     if np.isnan(start[:3]).any():
@@ -84,7 +84,7 @@ def turn(reader: Lines, line: Line, clockwise: bool) -> None:
     reader.put(np.c_[points, start[3:] + t * (end[3:] - start[3:])], line, np.zeros(len(points), bool))
 
 
-def holes(reader: Lines, place: np.ndarray, axis: int, heights: Heights) -> None:
+def holes(reader: ProgramReader, place: np.ndarray, axis: int, heights: Heights) -> None:
     """Take the moves of one hole at a place, words of shape (j,)."""
     _refuse_tilted(reader, place, axis)
     height = reader.at.words[axis]
@@ -99,7 +99,7 @@ def holes(reader: Lines, place: np.ndarray, axis: int, heights: Heights) -> None
     reader.wait(heights.dwell)
 
 
-def _refuse_tilted(reader: Lines, place: np.ndarray, axis: int) -> None:
+def _refuse_tilted(reader: ProgramReader, place: np.ndarray, axis: int) -> None:
     """Where words name the tip, a hole goes along one of their axes, and the tool has to lie along it."""
     if not reader.at.on_tip:
         return
@@ -114,7 +114,7 @@ def _refuse_tilted(reader: Lines, place: np.ndarray, axis: int) -> None:
         )
 
 
-def drill(reader: Lines) -> None:
+def drill(reader: ProgramReader) -> None:
     """Do the cycle that is defined by its surface, depth, clearance and height to leave, where the tool is."""
     surface = reader.defined.get("cycle surface", np.nan)
     depth = reader.defined.get("cycle depth", np.nan)
@@ -132,7 +132,7 @@ def drill(reader: Lines) -> None:
     reader.feed = before
 
 
-def hole(reader: Lines, cycle: Drilling, line: Line) -> None:
+def hole(reader: ProgramReader, cycle: Drilling, line: Line) -> None:
     """Do the drilling cycle that is on, at the place of the line."""
     axis = PLANES[reader.plane][2]
     if any(name.startswith("centre ") for name in line.values):

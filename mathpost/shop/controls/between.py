@@ -106,7 +106,8 @@ class Between:
         """Lines before a move."""
         control, lines, off = self.control, [], self.control.lines("TCP off")
         reselect = control.work_offsets.anew  # where words that switch TCP deselect the work offset
-        if self.tcp and not self.wanted[row] and any(_in_own_coordinates(remark) for remark in remarks):
+        own = any(isinstance(remark, Command) and remark.kind in ("plane", "cycle") for remark in remarks)
+        if self.tcp and not self.wanted[row] and own:  # the control keeps no tip in a plane or a cycle
             lines += [*off, *filter(None, [self.selected * reselect])]
             self.unnamed, self.tcp = True, False
         for at, remark in enumerate(remarks):
@@ -239,11 +240,6 @@ def _clamps(machine: Machine, blocks: Blocks) -> tuple[Texts, Texts, Texts]:
             if fixed:
                 (clamped if there else lines).setdefault(row if there else row + 1, []).append(hold)
     return lines, released, clamped
-
-
-def _in_own_coordinates(remark: str | Command) -> bool:
-    """Whether something said begins a plane or a cycle: the control keeps no tip there."""
-    return isinstance(remark, Command) and remark.kind in ("plane", "cycle")
 
 
 def _around(control: Control, axes: tuple[str, ...], blocks: Blocks) -> dict[int, tuple[list[str], list[str]]]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from mathpost.shop.controls.lines import tool_name
 
 if TYPE_CHECKING:
-    from mathpost.shop.controls.reader import Lines
+    from mathpost.shop.controls.reader import ProgramReader
 
 DEEPEST = 8  # calls within calls
 MOST_LINES = 200_000  # that calls run in all
@@ -37,7 +37,7 @@ def _labels(texts: list[str], meaning: str) -> dict[str, list[int]]:
     return found
 
 
-def go(reader: Lines, meaning: str, values: tuple[str, ...]) -> None:
+def go(reader: ProgramReader, meaning: str, values: tuple[str, ...]) -> None:
     """Run a subprogram of the same text, or jump to a line that comes later."""
     name = values[0] if meaning == "jump label" else tool_name(values[0])
     if meaning not in reader.labels:
@@ -64,14 +64,14 @@ def go(reader: Lines, meaning: str, values: tuple[str, ...]) -> None:
     reader.line, reader.depth = here, reader.depth - 1
 
 
-def end(reader: Lines, meaning: str, word: str) -> None:
+def end(reader: ProgramReader, meaning: str, word: str) -> None:
     """Take the word that ends a subprogram; at the end of a section nothing happens that nobody has called."""
     if not reader.depth and meaning == "return":
         raise reader.error("a program that runs from line to line", f"{word!r} in no subprogram: it begins again")
     reader.returned = reader.depth > 0
 
 
-def _section(reader: Lines, first: int) -> list[str]:
+def _section(reader: ProgramReader, first: int) -> list[str]:
     """The lines of a subprogram, from that with its name to that with the word that ends it."""
     for number in range(first, len(reader.texts)):
         word = reader.control.words.begins(reader.words_of(reader.texts[number]))

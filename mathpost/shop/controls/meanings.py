@@ -24,41 +24,41 @@ from mathpost.shop.controls.lines import Drilling, Line
 from mathpost.shop.plane.tilted_plane import Plane
 
 if TYPE_CHECKING:
-    from mathpost.shop.controls.reader import Lines
+    from mathpost.shop.controls.reader import ProgramReader
 
 
-def _time(reader: Lines, *, inverse: bool = False, per_turn: bool = False) -> None:
+def _time(reader: ProgramReader, *, inverse: bool = False, per_turn: bool = False) -> None:
     reader.inverse = inverse
     reader.per_turn = per_turn
     reader.feed = np.nan
 
 
-def _counted(name: str, value: Any) -> Callable[[Lines, Line], None]:
+def _counted(name: str, value: Any) -> Callable[[ProgramReader, Line], None]:
     return lambda reader, line: setattr(reader, name, value)
 
 
-def _defined(**said: float) -> Callable[[Lines, Line], None]:
+def _defined(**said: float) -> Callable[[ProgramReader, Line], None]:
     """A cycle that is called later: of one that was defined before nothing holds."""
 
-    def define(reader: Lines, line: Line) -> None:
+    def define(reader: ProgramReader, line: Line) -> None:
         reader.defined, line.defines = dict(said), True
 
     return define
 
 
-def _unit(reader: Lines, scale: float) -> None:
+def _unit(reader: ProgramReader, scale: float) -> None:
     reader.scale = scale
     reader.unit_stated = True
 
 
-def _said(name: str, value: Any) -> Callable[[Lines, Line], None]:
+def _said(name: str, value: Any) -> Callable[[ProgramReader, Line], None]:
     return lambda reader, line: setattr(line, name, value)
 
 
-def _cycle(slow: bool) -> Callable[[Lines, Line], None]:
+def _cycle(slow: bool) -> Callable[[ProgramReader, Line], None]:
     """A drilling cycle that is done at every place from now on."""
 
-    def begin(reader: Lines, line: Line) -> None:
+    def begin(reader: ProgramReader, line: Line) -> None:
         height = reader.at.words[PLANES[reader.plane][2]]
         reader.motion = "linear"
         reader.cycle = Drilling(height, slow)
@@ -66,7 +66,7 @@ def _cycle(slow: bool) -> Callable[[Lines, Line], None]:
     return begin
 
 
-def _move(reader: Lines, line: Line) -> None:
+def _move(reader: ProgramReader, line: Line) -> None:
     """The rotary axes turn to a plane, and X Y Z go along."""
     line.turned = line.slides = True
 
@@ -103,14 +103,14 @@ MODES = {
 }
 
 
-def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, str], None]:
+def _shift(added: bool = False, anew: bool = False) -> Callable[[ProgramReader, Line, str], None]:
     """A shift of the datum by the axes that the line names.
 
     On a tilted plane it goes along the plane's axes. A shift from before the plane is taken back by one of 0 there,
     as posts write it at the end of an operation; what another one does to it no manual says.
     """
 
-    def shift(reader: Lines, line: Line, text: str) -> None:
+    def shift(reader: ProgramReader, line: Line, text: str) -> None:
         line.used("axis ")
         if anew and reader.at.turned is not None:
             reader.at.change(turned=None, inner=np.zeros(3))
@@ -138,13 +138,13 @@ def _shift(added: bool = False, anew: bool = False) -> Callable[[Lines, Line, st
     return shift
 
 
-def _home(first: bool) -> Callable[[Lines, Line, str], None]:
+def _home(first: bool) -> Callable[[ProgramReader, Line, str], None]:
     """The axes that the line names, or all, go to a reference point, by the place that it states.
 
     Of the `first` one the machine file may say where it is.
     """
 
-    def go(reader: Lines, line: Line, text: str) -> None:
+    def go(reader: ProgramReader, line: Line, text: str) -> None:
         named = [reader.names.index(name) for name in line.axes] or list(range(len(reader.names)))
         by = reader.target(line)
         if line.axes and not np.array_equal(by, reader.at.words, equal_nan=True):
@@ -161,7 +161,7 @@ def _home(first: bool) -> Callable[[Lines, Line, str], None]:
     return go
 
 
-def _plane(reader: Lines, line: Line, text: str) -> None:
+def _plane(reader: ProgramReader, line: Line, text: str) -> None:
     """A tilted plane; where its line says so, or the control does it by itself, the rotary axes turn to it."""
     if reader.control.positioning == "siemens":
         plane = plane_blocks.from_text(text)
@@ -196,7 +196,7 @@ def _plane(reader: Lines, line: Line, text: str) -> None:
         reader.at.lose([0, 1, 2])
 
 
-def _rotation(reader: Lines, line: Line, text: str) -> None:
+def _rotation(reader: ProgramReader, line: Line, text: str) -> None:
     """A 3D rotation: X Y Z are in another frame, the rotary axes and the tool's length take no part in it."""
     line.used("axis ", "centre ", "radius")
     if reader.at.plane is not None:
@@ -208,32 +208,32 @@ def _rotation(reader: Lines, line: Line, text: str) -> None:
     reader.at.change(turned=frame, inner=np.zeros(3))
 
 
-def _new_rotation(reader: Lines, line: Line, text: str) -> None:
+def _new_rotation(reader: ProgramReader, line: Line, text: str) -> None:
     """A 3D rotation in place of all that was programmed before; without an axis nothing holds any more."""
     _no_frames(reader, Line(), text)
     if line.axes:
         _rotation(reader, line, f"A{text}")
 
 
-def _in_mm(reader: Lines, plane: Plane) -> Plane:
+def _in_mm(reader: ProgramReader, plane: Plane) -> Plane:
     return replace(plane, origin=plane.origin * reader.scale)
 
 
-def _leave(reader: Lines) -> None:
+def _leave(reader: ProgramReader) -> None:
     """No tilted plane any more. A shift on it would go on along axes that differ from control to control."""
     if reader.at.inner.any():
         raise reader.error("the shift on the tilted plane taken back before the plane ends", "it holds")
     reader.at.change(plane=None, turned=None)
 
 
-def _no_frames(reader: Lines, line: Line, text: str) -> None:
+def _no_frames(reader: ProgramReader, line: Line, text: str) -> None:
     """Delete a tilted plane, a rotation and all shifts of the datum."""
     if line.axes:
         raise reader.error("no axes behind it", ", ".join(line.axes))
     reader.at.change(plane=None, turned=None, inner=np.zeros(3), shift=np.zeros(3))
 
 
-def _working_plane(reader: Lines, line: Line, text: str) -> None:
+def _working_plane(reader: ProgramReader, line: Line, text: str) -> None:
     """Cycle 19 of Heidenhain: the program itself turns the rotary axes, by the angles that the cycle leaves."""
     if not re.search(r"19\.1\s+[ABC]", text):
         _leave(reader)
@@ -242,12 +242,12 @@ def _working_plane(reader: Lines, line: Line, text: str) -> None:
     _plane(reader, line, text)
 
 
-def _turn_to(reader: Lines, **choice: Any) -> None:
+def _turn_to(reader: ProgramReader, **choice: Any) -> None:
     """The rotary axes go to the position that this control takes, the slides do not move."""
     reader.turn_to(reader.at.joints(), _angles(reader, **choice))
 
 
-def _angles(reader: Lines, **choice: Any) -> np.ndarray:
+def _angles(reader: ProgramReader, **choice: Any) -> np.ndarray:
     """The rotary angles, degrees, that this control takes for the plane."""
     control = reader.control
     _no_tcp(reader)
@@ -258,18 +258,18 @@ def _angles(reader: Lines, **choice: Any) -> np.ndarray:
     return reader.at.angles_for(reader.at.plane, control.positioning, **choice)
 
 
-def _no_tcp(reader: Lines) -> None:
+def _no_tcp(reader: ProgramReader) -> None:
     """With TCP the slides would follow, on one control, and on another the block is an alarm."""
     if reader.at.tcp:
         raise reader.error("TCP off where the rotary axes turn to a plane or back", "it is on")
 
 
-def _turn_about_tip(reader: Lines, line: Line, text: str) -> None:
+def _turn_about_tip(reader: ProgramReader, line: Line, text: str) -> None:
     """As the turn to a plane, but the slides follow, so that the tip stays where it is."""
     reader.put(np.r_[reader.at.words[:3], _angles(reader)][None], line, np.array([True]))
 
 
-def _plane_off(reader: Lines, line: Line, text: str) -> None:
+def _plane_off(reader: ProgramReader, line: Line, text: str) -> None:
     _leave(reader)
     line.used("argument", "feed")
     if line.turned:
@@ -279,7 +279,7 @@ def _plane_off(reader: Lines, line: Line, text: str) -> None:
         reader.at.lose([0, 1, 2])
 
 
-def _makers_place(reader: Lines, line: Line, text: str) -> None:
+def _makers_place(reader: ProgramReader, line: Line, text: str) -> None:
     """Axes go to places that count from a position of the machine's maker, which nobody knows here."""
     line.used("axis ", "feed")
     if not np.isnan(line.feed):
@@ -289,7 +289,7 @@ def _makers_place(reader: Lines, line: Line, text: str) -> None:
     reader.note("maker", text.split()[0])
 
 
-def _everywhere(reader: Lines, line: Line, text: str) -> None:
+def _everywhere(reader: ProgramReader, line: Line, text: str) -> None:
     """A cycle behind every move from now on, or none any more."""
     reader.everywhere = heights(text) if "(" in text else None
 

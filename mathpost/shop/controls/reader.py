@@ -2,7 +2,7 @@
 
 What is read is what the file of the control says. A word that is not in it is an error with its line: it may move
 an axis. Plain lines, that move axes and change no mode but their feed, are taken many at a time; any other is taken
-word by word, by `Lines.take_line`. Arcs and drilling cycles become the points that the tool goes through.
+word by word, by `ProgramReader.take_line`. Arcs and drilling cycles become the points that the tool goes through.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def follow(
     `InputError` names the line where a word is not known, the program does not run from line to line, or an offset
     or a length is needed that `setup` does not have.
     """
-    lines = Lines(machine, control_for(machine, control), setup or Setup(), name)
+    lines = ProgramReader(machine, control_for(machine, control), setup or Setup(), name)
     lines.texts = [each.strip().upper() for each in text.split("\n")]
     try:
         lines.take_all(text)
@@ -85,7 +85,7 @@ def follow(
     )
 
 
-class Lines(Track):
+class ProgramReader(Track):
     """Keeps what holds from one line of a program to the next."""
 
     def __init__(self, machine: Machine, control: Control, setup: Setup, name: str) -> None:

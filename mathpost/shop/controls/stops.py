@@ -15,7 +15,7 @@ from mathpost.files import NUMBER
 from mathpost.shop.controls import control as controls
 
 if TYPE_CHECKING:
-    from mathpost.shop.controls.reader import Lines
+    from mathpost.shop.controls.reader import ProgramReader
 
 MOST_LINES = 200_000  # that are looked through
 SHOWN = 3  # lines of each word
@@ -24,7 +24,7 @@ MOST_WORDS = 20  # of each kind
 MAKERS = re.compile(rf"M\d+(?:\s*[PQRES]{NUMBER})*(?![\w.])")
 
 
-def with_all(error: InputError, reader: Lines) -> InputError:
+def with_all(error: InputError, reader: ProgramReader) -> InputError:
     """Return the error at which reading has stopped with all the words at which it would stop next."""
     found: dict[str, list[int]] = {}
     for number, word in _unknown(reader):
@@ -55,7 +55,7 @@ def _listed(words: list[str], found: dict[str, list[int]]) -> str:
     return ", ".join([*texts, *([f"{len(words) - MOST_WORDS} more words"] if len(words) > MOST_WORDS else [])])
 
 
-def _unknown(reader: Lines) -> Iterator[tuple[int, str]]:
+def _unknown(reader: ProgramReader) -> Iterator[tuple[int, str]]:
     """The words that stop the reading, with their lines, from the first stop to the end."""
     begun = ""
     for number, text in enumerate(reader.texts[:MOST_LINES], 1):
