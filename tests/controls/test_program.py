@@ -197,8 +197,9 @@ def assert_the_same_however_read(text, dialect):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_ordinary_moves_are_read_together(dialect, monkeypatch):
     """None of them is left to the way line by line, once all axes are known."""
-    taken, take = [], reader.ProgramReader.take_line
-    monkeypatch.setattr(reader.ProgramReader, "take_line", lambda self, line: taken.append(line) or take(self, line))
+    taken, one = [], reader.ProgramReader
+    take = one.take_line
+    monkeypatch.setattr(one, "take_line", lambda self, line: taken.append(line) or take(self, line))
     count = 200
     words = np.arange(5 * count).reshape(count, 5) / 8 - [[12.5, -200, 0, 3600, 0]]
     seconds = np.where(np.arange(count) < count // 2, 0.123, np.nan)
