@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import textwrap
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -18,21 +18,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.files import (
-    TomlTable,
-    a_number,
-    data_file,
-    each,
-    one_of,
-    only_if,
-    read_text,
-    read_toml,
-    some_text,
-)
+from mathpost.files import TomlTable, data_file, one_of, only_if, read_text, read_toml, some_text
 from mathpost.machine import Machine
 from mathpost.path.modal import Command
 from mathpost.shop.controls.coordinates import POSITIONING
 from mathpost.shop.controls.geometry import Group, geometry_of
+from mathpost.shop.controls.keys import LINES, TRUTH, WORD, WORDS, filled, key, keys_of, several, whole
 from mathpost.shop.controls.meanings import MEANINGS
 from mathpost.shop.controls.phrases import (
     Arcs,
@@ -61,63 +52,73 @@ BETWEEN_BLOCKS = {
     "stop": "a control that stops before and behind every block that turns an axis",
     "overlap": "a control that overlaps blocks that turn an axis, at half the acceleration",
 }
-LINES = each(str), "a list of lines"
 TEMPLATES = "a list of lines, in them {0}, {1} and {edge} only"
-WORD = only_if(lambda value: isinstance(value, str)), "a word"
 COMMENT = only_if(lambda text: "{text}" in text), "a line with {text} in it"
 Count = TypeVar("Count", int, np.ndarray)
 NUMBER_ROOM = 8  # characters of a line, for its block number
-TRUTH = only_if(lambda value: isinstance(value, bool))
-DIGITS = only_if(lambda value: value == int(value) and 0 <= value <= 6, a_number)
-COUNT = only_if(lambda value: value == int(value) and value >= 0, a_number), "a whole number, not negative"
+COUNT = only_if(lambda value: value >= 0, whole), "a whole number, not negative"
+DIGITS = only_if(lambda value: 0 <= value <= 6, whole)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Control:
-    """The words of one control."""
+    """The words of one control; a `key` of its file each, with how it is read."""
 
-    name: str
-    source: str  # what its words rest on: a manual, or a run on the control
-    head: tuple[str, ...]  # lines before the moves,
-    # Behind them in a program that is more than motion: what may still be on is switched off.
-    start: tuple[str, ...]
-    end: tuple[str, ...]  # after them in a program that is more than motion,
-    foot: tuple[str, ...]  # and at the end of any
-    comment: str  # with {text} in it
-    operation: str  # the same, for the name of an operation
-    tool_length: str  # where it holds the length of the tool, as a comment at the head says it
-    replaced: dict[str, str]  # characters that a comment may not hold, and what replaces them
-    ascii: bool  # whether a comment holds no other letters
-    longest: int | None  # characters of a line
-    number: str | None  # the text before the number of a block; None: blocks have no numbers
-    first: int  # number of the first block
-    step: int  # from each to the next
-    last: int | None  # after which numbering begins again
-    unnumbered: tuple[str, ...]  # how lines without a number begin
-    begin: str  # what every move begins with
-    plus: str  # before a number that is not negative
-    decimals: int  # of positions, mm and degrees
-    feed_decimals: int  # of feeds, mm per minute
-    axis_letters: int | None  # that the name of an axis may have
-    linear: str  # modal word of a move at feed, or nothing
-    rapid: str  # of a move in rapid traverse: modal if `linear` is, otherwise of its block
-    rapid_interpolated: bool  # whether the axes arrive together then, on a line, and not each at its own rate
+    name: str = key("", some_text, "a name in quotes")
+    # What its words rest on: a manual, or a run on the control.
+    source: str = key("", some_text, "what its words rest on, in quotes")
+    head: tuple[str, ...] = key("program", *LINES, ())  # lines before the moves,
+    # behind them in a program that is more than motion, where what may still be on is switched off,
+    start: tuple[str, ...] = key("program", *LINES, ())
+    end: tuple[str, ...] = key("program", *LINES, ())  # after them in a program that is more than motion,
+    foot: tuple[str, ...] = key("program", *LINES, ())  # and at the end of any
+    comment: str = key("program", *COMMENT)
+    operation: str = key("program", *COMMENT, "")  # a comment that names an operation, if not like any other
+    # Where it holds the length of the tool, as a comment at the head says it.
+    tool_length: str = key("program", some_text, "a text in quotes", "IN THE TOOL TABLE")
+    # Characters that a comment may not hold, and what replaces them; whether it holds no other letters.
+    replaced: Mapping[str, str] = key("program", *WORDS, {})
+    ascii: bool = key("program", *TRUTH, False)
+    longest: int | None = key("blocks", *COUNT, None)  # characters of a line
+    # The text before the number of a block; None, "none" in the file: blocks have no numbers.
+    number: str | None = key("blocks", lambda word: None if word == "none" else WORD[0](word), WORD[1], "")
+    first: int = key("blocks", *COUNT, 1)  # number of the first block
+    step: int = key("blocks", only_if(lambda value: value > 0, COUNT[0]), "a whole number above 0", 1)
+    last: int | None = key("blocks", *COUNT, None)  # after which numbering begins again
+    unnumbered: tuple[str, ...] = key("blocks", *LINES, ())  # how lines without a number begin
+    begin: str = key("blocks", *WORD, "")  # what every move begins with
+    plus: str = key("blocks", *one_of("+", ""), "")  # before a number that is not negative
+    decimals: int = key("blocks", DIGITS, "a whole number from 2 to 6", 4)  # of positions, mm and degrees
+    feed_decimals: int = key("blocks", DIGITS, "a whole number from 0 to 6", 3)  # of feeds, mm per minute
+    axis_letters: int | None = key("blocks", *COUNT, None)  # that the name of an axis may have
+    linear: str = key("motion", *WORD, "")  # modal word of a move at feed, or nothing
+    # Of a move in rapid traverse: modal if `linear` is, otherwise of its block.
+    rapid: str = key("motion", some_text, "the word of rapid traverse")
+    # Whether the axes arrive together then, on a line, and not each at its own rate.
+    rapid_interpolated: bool = key("motion", *TRUTH)
     # What F is in a block with TCP that only turns: "degrees" a minute, "rates" of the axes. Or "time": every block
     # that turns states its time, with TCP too, in which no axis exceeds its rate.
-    turning_feed: str
-    rotary_feed: str  # what F is without TCP in one: "degrees" a minute, or "tip", mm a minute on the part
-    mixed_feed: str  # and in one that moves slides too: "tip", "slides" alone, or "all", mm and degrees together
-    without_tcp: tuple[str, ...]  # how lines begin before which TCP is switched off, and on again behind them
-    between_blocks: str  # what it does there: one of `BETWEEN_BLOCKS`
-    inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
-    block_time: str  # word for the seconds of a block, or nothing
-    compensation: str  # the place of its words, "before" or "behind" the positions
+    turning_feed: str = key("motion", *one_of("degrees", "rates", "time"), "degrees")
+    # What F is without TCP in one: "degrees" a minute, or "tip", mm a minute on the part;
+    rotary_feed: str = key("motion", *one_of("degrees", "tip"), "degrees")
+    # and in one that moves slides too: "tip", "slides" alone, or "all", mm and degrees together.
+    mixed_feed: str = key("motion", *one_of("tip", "slides", "all"), "tip")
+    # How lines begin before which TCP is switched off, and on again behind them.
+    without_tcp: tuple[str, ...] = key("motion", *LINES, ())
+    # What it does where one block ends and the next begins.
+    between_blocks: str = key("motion", *one_of(*BETWEEN_BLOCKS), "look-ahead")
+    inverse_time: tuple[str, ...] = key("motion", *several(2), ())  # words that switch it on and off, or nothing
+    block_time: str = key("motion", *WORD, "")  # word for the seconds of a block, or nothing
+    # The place of the words of compensation, beside the positions.
+    compensation: str = key("motion", *one_of("before", "behind"), "before")
+    # What makes a number without a decimal point count as with one, or nothing if all do.
+    whole_numbers: str = key("blocks", *WORD, "")
+    variables: str = key("blocks", *one_of("", *NAMES), "")  # how it names them, or nothing
+    continued: str = key("blocks", *WORD, "")  # at the end of a line that goes on in the next, or nothing
+    # Which position the rotary axes take for a plane, or nothing.
+    positioning: str = key("motion", *one_of(*POSITIONING), "")
     commands: dict[str, tuple[str, ...]]  # lines by command, see `COMMANDS`
     read: dict[str, str]  # word to meaning, see `mathpost.shop.controls.meanings`
-    whole_numbers: str  # what makes a number without a decimal point count as with one, or nothing if all do
-    variables: str  # how it names them, one of `mathpost.shop.controls.variables.NAMES`, or nothing
-    continued: str  # at the end of a line that goes on in the next, or nothing
-    positioning: str  # which position the rotary axes take for a plane, one of `POSITIONING`, or nothing
     work_offsets: WorkOffsets  # words for them,
     arcs: Arcs | None  # for arcs,
     cycles: Cycles | None  # for drilling cycles
@@ -281,76 +282,32 @@ def _with_inherited(path: Path, heirs: tuple[str, ...]) -> dict[str, Any]:
     if not isinstance(parent, str) or parent in heirs:
         raise InputError(f"{path}, key 'inherits'", "a control that does not inherit from this one", repr(parent))
     inherited = _with_inherited(_find(parent), (*heirs, parent))
-    for key, value in content.items():
-        both_tables = isinstance(value, dict) and isinstance(inherited.get(key), dict)
-        inherited[key] = inherited[key] | value if both_tables else value
+    for name, value in content.items():
+        both_tables = isinstance(value, dict) and isinstance(inherited.get(name), dict)
+        inherited[name] = inherited[name] | value if both_tables else value
     return inherited
 
 
-def _templates(lines: list[str]) -> list[str]:
+def _templates(lines: list[str]) -> tuple[str, ...]:
     """Lines whose fields are those of a command: its values by number, and the edge of the tool."""
-    for line in LINES[0](lines):
-        try:
-            line.format(1.0, 1, 1, edge=1)
-        except (KeyError, IndexError):
-            raise ValueError from None
-    return lines
+    return filled(lines, 1.0, 1, 1, edge=1)
 
 
 def from_dict(content: dict, where: str = "control") -> Control:
     """Build a control from the content of its file; `where` begins every error message."""
     file = TomlTable(content, where)
-    program, blocks, motion = file.table("program"), file.table("blocks"), file.table("motion")
+    tables = {"": file} | {name: file.table(name) for name in ("program", "blocks", "motion")}
     commands, read = file.table("commands"), file.table("read")
-    replaced = program.table("replaced", optional=True)
-    control = Control(
-        name=file.take("name", some_text, "a name in quotes"),
-        source=file.take("source", some_text, "what its words rest on, in quotes"),
-        head=tuple(program.take("head", *LINES, ())),
-        start=tuple(program.take("start", *LINES, ())),
-        end=tuple(program.take("end", *LINES, ())),
-        foot=tuple(program.take("foot", *LINES, ())),
-        comment=program.take("comment", *COMMENT),
-        operation=program.take("operation", *COMMENT, program.content.get("comment", "")),
-        tool_length=program.take("tool_length", some_text, "a text in quotes", "IN THE TOOL TABLE"),
-        replaced={sign: replaced.take(sign, *WORD) for sign in list(replaced.content)},
-        ascii=program.take("ascii", TRUTH, "true or false", False),
-        longest=blocks.take("longest", lambda value: int(COUNT[0](value)), COUNT[1], None),
-        number=blocks.take("number", lambda word: None if word == "none" else WORD[0](word), WORD[1], ""),
-        first=int(blocks.take("first", *COUNT, 1)),
-        step=int(blocks.take("step", only_if(lambda x: x == int(x) > 0, a_number), "a whole number above 0", 1)),
-        last=blocks.take("last", lambda value: int(COUNT[0](value)), COUNT[1], None),
-        unnumbered=tuple(blocks.take("unnumbered", *LINES, ())),
-        begin=blocks.take("begin", *WORD, ""),
-        plus=blocks.take("plus", *one_of("+", ""), ""),
-        decimals=int(blocks.take("decimals", DIGITS, "a whole number from 2 to 6", 4)),
-        feed_decimals=int(blocks.take("feed_decimals", DIGITS, "a whole number from 0 to 6", 3)),
-        axis_letters=blocks.take("axis_letters", lambda value: int(COUNT[0](value)), COUNT[1], None),
-        linear=motion.take("linear", *WORD, ""),
-        rapid=motion.take("rapid", some_text, "the word of rapid traverse"),
-        rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
-        turning_feed=motion.take("turning_feed", *one_of("degrees", "rates", "time"), "degrees"),
-        rotary_feed=motion.take("rotary_feed", *one_of("degrees", "tip"), "degrees"),
-        mixed_feed=motion.take("mixed_feed", *one_of("tip", "slides", "all"), "tip"),
-        between_blocks=motion.take("between_blocks", *one_of(*BETWEEN_BLOCKS), "look-ahead"),
-        without_tcp=tuple(motion.take("without_tcp", *LINES, ())),
-        inverse_time=tuple(
-            motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())
-        ),
-        block_time=motion.take("block_time", *WORD, ""),
-        compensation=motion.take("compensation", *one_of("before", "behind"), "before"),
-        commands={name: tuple(commands.take(name, _templates, TEMPLATES, ())) for name in COMMANDS},
+    made = Control(
+        **keys_of(Control, tables),
+        commands={name: commands.take(name, _templates, TEMPLATES, ()) for name in COMMANDS},
         read={word: read.take(word, *one_of(*MEANINGS)) for word in list(read.content)},
-        whole_numbers=blocks.take("whole_numbers", *WORD, ""),
-        variables=blocks.take("variables", *one_of("", *NAMES), ""),
-        continued=blocks.take("continued", *WORD, ""),
-        positioning=motion.take("positioning", *one_of(*POSITIONING), ""),
         work_offsets=work_offsets_of(file),
         arcs=arcs_of(file),
         cycles=cycles_of(file),
         tilted=tilted_of(file, tuple(NOTATIONS)),
         geometry=geometry_of(file),
     )
-    for table in (file, program, blocks, motion, commands, read, replaced):
+    for table in (*tables.values(), commands, read):
         table.done()
-    return control
+    return made
