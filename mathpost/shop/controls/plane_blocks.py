@@ -84,7 +84,7 @@ def from_text(text: str) -> Plane:
     --------
     >>> from_text("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
     array([135.    ,  54.7356, -90.    ])
-    >>> three = "G68.2 P2 Q1 X0 Y0 Z9\nG68.2 P2 Q2 X0 Y5 Z9\nG68.2 P2 Q3 X-5 Y0 Z4"
+    >>> three = "G68.2 P2 Q1 X0 Y0 Z9\\nG68.2 P2 Q2 X0 Y5 Z9\\nG68.2 P2 Q3 X-5 Y0 Z4"
     >>> from_text(three).frame.z.round(3) + 0.0
     array([-0.707,  0.   ,  0.707])
     """
