@@ -90,25 +90,6 @@ def test_tip_axis_travel_and_time(file, tcp, tmp_path, capsys):
     assert seconds < run.seconds(judge.rest_to_rest)
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
-def test_dialects_agree(dialect, tmp_path, capsys):
-    """Tools, spindle, holes and feeds of one CL file mean the same on each control."""
-    cl = tmp_path / "hole.cl"
-    cl.write_text(
-        "LOADTL/2\nSPINDL/1500,RPM,CLW\nRAPID\nGOTO/10,-30,40,0,-0.6,0.8\nCYCLE/DRILL,FEDTO,-12,RAPTO,3,MMPM,150\n"
-        "GOTO/10,-10,10,0,-0.6,0.8\nCYCLE/OFF\nFEDRAT/0.1,MMPR\nGOTO/10,-40,50,0,-0.6,0.8\nDELAY/1.5\n",
-        encoding="utf-8",
-    )
-    for tcp in ([], ["--tcp"]):
-        run = Run(capsys, cl, DATA / "machines/ac_table.toml", dialect, *tcp, lengths={2: 80.0})
-        cut = [move for move in run.moves if move.kind == "feed" and move.seconds > 0.1]  # some rapid moves are G1
-        depth = min(run.samples.tip, key=lambda tip: tip @ [0, -0.6, 0.8])
-        assert np.allclose(depth, np.array([10, -10, 10]) - 12 * np.array([0, -0.6, 0.8]), atol=1e-3)
-        assert math.isclose(cut[0].seconds, 15 / 150 * 60, abs_tol=0.01)
-        assert cut[-1].feed == 150 and cut[-1].modal["tool"] == 2 and cut[-1].modal["spindle"] == 3
-        assert sum(move.seconds for move in run.moves if move.kind == "dwell") == 1.5
-
-
 def test_a_wrong_word_is_seen(tmp_path, capsys):
     """One sign, one digit, one angle changed: each is found; a small slip along the path would not be."""
     tip, axis = spiral()

@@ -186,6 +186,8 @@ def test_inert_words_move_nothing(text):
         ("INDIRV/0,1,0,0", "3 numbers, found 4"),
         ("MSYS/0,0,0,1,0,0,0,1,0\nGOTO/5,0,0\nCIRCLE/0,0,0,0,0,1\nMSYS/1,0,0,1,0,0,0,1,0", "system of its start"),
         ("GOTO/5,0,0\nINDIRV/0,1,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,5),ON,(LINE/0,0,0,0,5,0)", "INDIRV before TLON"),
+        ("GOTO/5,0,0\nINDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/0,0,0,5),ON,2,INTOF,(LINE/0,0,0,0,5,0)", "INTOF"),
+        ("GOTO/5,0,0\nINDIRV/0,-1,0\nTLON,GOFWD/(CIRCLE/0,0,0,5),ON,(LINE/0,0,0,0,5,0)", "INTOF"),
         ("SPINDL/5,RPM\nCYCLE/TAP,DEPTH,8,MMPM,5,CLEAR,2\nSPINDL/OFF\nGOTO/0,0,0", "before a hole is tapped"),
         ("LOADTL/2,150.5", "LENGTH"),
         ("SPINDL/500,SFM,CLW", "SFM"),

@@ -53,17 +53,6 @@ def test_a_cycle_that_says_a_depth_twice_and_one_that_nothing_began():
             cldata.parse(f"{START}{text}\nGOTO/1,2,3\n")
 
 
-@pytest.mark.parametrize("which", ["", "2,INTOF,"])
-@pytest.mark.parametrize("sign", [1, -1])
-def test_an_arc_of_catia_beyond_half_a_turn_ends_where_the_line_meets_the_circle_again(which, sign):
-    text = f"GOTO/5,0,50\nINDIRV/0,{sign},0\nTLON,GOFWD/(CIRCLE/0,0,50,5),ON,{which}(LINE/0,0,50,0,5,50)\n"
-    if bool(which) == (sign < 0):
-        assert cldata.parse(START + text).points[-1].round(9).tolist() == [0, 5, 50]
-    else:
-        with pytest.raises(InputError, match="INTOF"):
-            cldata.parse(START + text)
-
-
 def test_a_tool_that_is_called_again_stays_in_the_spindle():
     again = "LOADTL/1,1\nSPINDL/1000,RPM,CLW\nGOTO/10,0,50\n"
     text = "LOADTL/1,1\nCOOLNT/ON\n" + START.removeprefix("UNITS/MM\nLOADTL/1\n") + again
