@@ -93,7 +93,7 @@ def deepest(seed):
     return worst
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [7, 8])
 def test_rapid_moves_are_clear_in_every_order_of_the_axes(seed, of):
-    for each in of([5 + seed], range(5 + seed, 305, 4)):
+    for each in of([seed], range(seed - 2, 305, 2)):
         assert deepest(each) < 0.01, each
