@@ -94,11 +94,33 @@ def test_a_result_that_depends_on_nothing_is_a_number_and_no_more(saved):
 
 def test_what_is_not_found_is_asked_for_and_can_be_told(saved):
     right = {"B1": 5, "B2": 7, "B4": "=B1-2*B2"}
-    theirs = {"C1": 11, "D1": 23, "E5": "=C1-2*D1"}
+    theirs = {"C1": 11, "D1": 23, "E5": "=D1-2*C1"}  # an order of their own, or two that are exchanged?
     report = compared(saved, right, theirs)
     assert report.status == 2 and "--cells" in "\n".join(report.seen)
-    assert compared(saved, right, theirs, cells={"B1": "C1", "B2": "D1"}).verdict == "right"
-    assert compared(saved, right, theirs, cells={"B1": "D1", "B2": "C1", "B4": "E5"}).verdict == "wrong"
+    assert compared(saved, right, theirs, cells={"B1": "D1", "B2": "C1"}).verdict == "right"
+    assert compared(saved, right, theirs, cells={"B1": "C1", "B2": "D1", "B4": "E5"}).verdict == "wrong"
+
+
+def test_own_numbers_in_a_different_language_are_found_by_what_they_do(saved):
+    own = zip(("inner diameter", "wall", "conductivity", "inside", "outside"), (100, 4, 50, 180, 20), strict=True)
+    other = zip(("内径", "壁厚", "导热系数", "内", "外"), (60, 20, 45, 150, 18), strict=True)
+    right, theirs = (
+        {f"{c}{n}": v for n, pair in enumerate(each, 1) for c, v in zip("AB", pair, strict=True)}
+        for each in (own, other)
+    )
+    right |= {"B7": "=B1/2", "B8": "=B7+B2", "B9": "=LN(B8/B7)/B3", "A10": "flow", "B10": "=(B4-B5)/B9"}
+    theirs |= {"E1": "=B1+2*B2", "E2": "=B3*(B4-B5)", "A9": "流", "E9": "=E2/LN(E1/B1)"}
+    assert compared(saved, right, theirs).verdict == "right"
+    report = compared(saved, right, {**theirs, "E1": "=B1+B2"})
+    assert report.verdict != "right" and all(fault.cell == "Sheet!E1" for fault in report.faults)
+
+
+def test_numbers_in_a_row_of_a_list_are_the_same_row_of_the_list(saved):
+    right = {f"A{n}": 20 + n / 7 for n in range(1, 6)} | {"C1": 0.3, "C2": -0.1}
+    right |= {"C4": "=(C1-C2)/STDEV(A1:A5)", "C5": "=AVERAGE(A1:A5)-C2"}
+    theirs = {f"F{n}": 35 + n % 3 for n in range(1, 6)} | {"H1": 0.4, "H2": 0.2}
+    theirs |= {"H4": "=AVERAGE(F1:F5)-H2", "H5": "=(H1-H2)/STDEV(F1:F5)"}
+    assert compared(saved, right, theirs).verdict == "right"
 
 
 def test_a_lookup_by_a_computed_key_is_a_function(saved):

@@ -119,9 +119,8 @@ class HandIn:
         cells = self.comparison.candidates.get(result, [])
         unknown = self.sheet.unknown & self.sheet.upstream(cells[:1])
         other_words = bool(cells) and self.ours.words(result) != self.sheet.words(cells[0])
-        return (
-            before.isdisjoint(self.matched.open) and not unknown and not (result in self.ours.shown and other_words)
-        )
+        doubtful = not before.isdisjoint([*self.matched.open, *self.matched.unsure])
+        return not (doubtful or unknown or (result in self.ours.shown and other_words))
 
     def _unexplained(self, result: Place, cell: Place) -> Change:
         """A cell that should be a result, is not, and no single change makes it so."""
@@ -218,7 +217,13 @@ class HandIn:
     # What is said.
 
     def _open_questions(self, missing: Sequence[Place]) -> Iterator[str]:
-        ours, sheet = self.ours, self.sheet
+        ours, sheet, cells = self.ours, self.sheet, self.matched.cells
+        if unsure := [(ours.address(p), sheet.address(cells[p][0])) for p in self.matched.unsure]:
+            yield "in a different order, if these do what they should: " + ", ".join(
+                f"{c} for {p}" for p, c in unsure
+            )
+            if not missing:
+                yield "say whether they do: --cells " + repr(",".join(f"{p}={c}" for p, c in unsure))
         asked: list[Place] = []
         for places in (missing if not self.faults else ()), self.matched.open:
             if places:

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from mathpost.teaching.workbook.reference.quantities import Sheet, likeness, plain
+from mathpost.teaching.workbook.reference.roles import Inputs, by_role
 from mathpost.teaching.workbook.sheet.place import Line, Place, offset
 
 NEAR = 1e-5  # relative: the same number with fewer digits
@@ -31,6 +32,7 @@ class Matched:
     factor: dict[Place, float] = field(default_factory=dict)  # of the hand-in's unit
     other: dict[Place, Place] = field(default_factory=dict)  # those that hold a different number
     open: list[Place] = field(default_factory=list)
+    unsure: list[Place] = field(default_factory=list)  # found by what they do alone, and in a different order
 
     @property
     def back(self) -> dict[Place, Place]:
@@ -48,13 +50,22 @@ def match(
     equal = {*found.cells}
     matcher.lists_of_a_label()
     other = {*found.cells} - equal
-    matcher.settle(lambda place, number: _near(numbers[place], number))
-    for factor in UNITS:
-        before = {*found.cells}
-        matcher.settle(partial(_in_unit, numbers, factor))
-        found.factor |= dict.fromkeys(found.cells.keys() - before, factor)
-    before = {*found.cells} - other
-    matcher.take((place, cell) for place, cell in matcher.named.items() if place not in found.cells)
+    for own_numbers in (False, True):
+        matcher.settle(lambda place, number: _near(numbers[place], number))
+        for factor in UNITS:
+            before = {*found.cells}
+            matcher.settle(partial(_in_unit, numbers, factor))
+            found.factor |= dict.fromkeys(found.cells.keys() - before, factor)
+        if own_numbers or not matcher.has_own_numbers():
+            break
+        matcher.by_role(equal | other)
+    before = {
+        p
+        for p, cells in found.cells.items()
+        if p not in other and _near(numbers[p], handed_in.numbers_typed[cells[0]])
+    }
+    before |= found.factor.keys()
+    matcher.take_named()
     matcher.settle(None)
     matcher.by_shape()
     found.other = {place: found.cells[place][0] for place in found.cells if place not in before}
@@ -103,7 +114,7 @@ class _Matcher:
         self.runs = list(runs(inputs)), list(runs(cells))
         self.votes: dict[tuple, Counter] = defaultdict(Counter)
         self.likeness: dict[tuple, float] = {}
-        self.named = self._named()
+        self.named, self.told = self._named(), told
         self.names = {cell: place for place, cell in self.named.items()}
         self.take((place, cell) for place, cell in told.items() if place in inputs and cell in self.numbers)
 
@@ -237,6 +248,48 @@ class _Matcher:
         for cells, places in equal.items():
             if len(cells) == len(places) and abs(self.numbers.get(cells[0], 0.0) if cells else 0.0) not in (0, 1):
                 self.take(zip(places, cells, strict=True))
+
+    def has_own_numbers(self) -> bool:
+        """Whether the numbers of some inputs are not in the hand-in."""
+        return any(self.reference.numbers_typed[place] not in PLAIN for place in self.left)
+
+    def take_named(self) -> None:
+        """Match the inputs whose labels nothing else has."""
+        back = self.found.back
+        self.take((p, c) for p, c in self.named.items() if p not in self.found.cells and c not in back)
+
+    def by_role(self, lists: set[Place]) -> None:
+        """Match what does the same; single numbers of few digits, which may be equal by luck, are open again."""
+        numbers, found = self.reference.numbers_typed, self.found
+        for place in [p for p in found.cells if p not in lists and p not in self.told and not _telling(numbers[p])]:
+            del found.cells[place]
+            found.factor.pop(place, None)
+        self.take_named()
+        known = {p: np.full(1, numbers[p]) for p in found.cells}
+        theirs = {c: known[p] * found.factor.get(p, 1.0) for p, cells in found.cells.items() for c in cells}
+        left = [p for p in self.left if abs(numbers[p]) not in (0, 1)]  # not the entries of a matrix
+        free = [c for c in self.free if c in self.handed_in.used and c not in theirs]
+        free = sorted((c for c in free if abs(self.numbers[c]) not in (0, 1)), key=self.handed_in.reading_order)
+        pairs = by_role(Inputs(self.reference, left, known), Inputs(self.handed_in, free, theirs), self.likely)
+        found.unsure = self.out_of_order([(p, c) for p, c in pairs if not self.likely(p, c)])
+        self.take(pairs)
+
+    def out_of_order(self, pairs: Sequence[tuple[Place, Place]]) -> list[Place]:
+        """The inputs that nothing but their roles tells, and that stand in a different order here and there.
+
+        A student who exchanged two inputs in a formula has them the other way round, too.
+        """
+        ways = [
+            [(p, q) for n, (p, c) in enumerate(ordered) for q, d in ordered[:n] if place(c) < place(d)]
+            for place in (self.handed_in.reading_order, lambda cell: (cell[0], cell[2], cell[1]))
+            for ordered in [sorted(pairs, key=lambda pair: self.reference.reading_order(pair[0]))]
+        ]
+        return list(dict.fromkeys(place for pair in min(ways, key=len) for place in pair))
+
+    def likely(self, place: Place, cell: Place) -> float:
+        """How well a cell goes with an input that does the same: by what else is known, 0 if nothing is."""
+        labels = likeness(self.reference.labels[place], self.handed_in.labels[cell])
+        return labels + _near(self.reference.numbers_typed[place], self.numbers[cell])
 
     def by_shape(self) -> None:
         """What is left of a row or column, where as many are left in the one that goes with it; or the only one."""
