@@ -18,7 +18,7 @@ from mathpost.path.selection import STRATEGIES
 from mathpost.path.singular import CLEARANCE, CONE, LEAN
 from mathpost.shop.compensate.model import read_errors
 from mathpost.shop.controls import control
-from mathpost.shop.post.options import Choosing, Passing
+from mathpost.shop.post.options import Options
 from mathpost.shop.post.postprocess import Result
 from mathpost.shop.post.postprocess import postprocess as post
 
@@ -33,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--expand", action="store_true", help="straight moves only: no arcs, drilling cycles and tilted planes")
     add("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
     add("--axis-tolerance", **degrees(AXIS_TOLERANCE), help="of the tool axis; default %(default)s")
-    add("--selection", dest="strategy", choices=STRATEGIES, default=Choosing.strategy)
-    add("--singular", choices=Region.SAFE, default=Passing.singular, help="way through singular regions")
+    add("--selection", dest="strategy", choices=STRATEGIES, default=Options.strategy)
+    add("--singular", choices=Region.SAFE, default=Options.singular, help="way through singular regions")
     add("--cone", **degrees(CONE), help="half angle of the singular region (default %(default)g)")
     add("--lean", **degrees(LEAN), help="how far the way aside moves the tool axis (default %(default)g)")
     add("--clearance", type=float, default=CLEARANCE, metavar="MM", help="of ways that lift (default %(default)g)")

@@ -1,6 +1,6 @@
 """What a post-processing run is asked to do, as one value that checks itself."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,41 +18,6 @@ from mathpost.shop.controls.control import Control, control_for
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Choosing:
-    """How branch and winding of each record are chosen; the arguments of `mathpost.path.selection.choose`."""
-
-    strategy: str = "optimal"
-    start: ArrayLike | None = None  # present joints, shape (j,), mm and radians
-    prefer: int | None = None
-    split: bool = False
-
-    def __post_init__(self) -> None:
-        if self.strategy not in STRATEGIES:
-            raise InputError("strategy", " or ".join(STRATEGIES), repr(self.strategy))
-        if self.prefer not in (None, 1, -1):
-            raise InputError("prefer", "1 or -1", repr(self.prefer))
-        if self.start is not None:
-            as_array(self.start, np.size(self.start), "start")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Passing:
-    """Where a path is singular, and how it is led through; `lean` and `clearance` as in `Region.motion`."""
-
-    singular: str = "direct"  # the way through
-    cone: float | None = CONE  # radians about the singular tool axes, see `mathpost.path.singular.regions`
-    lean: float = LEAN  # radians
-    clearance: float = CLEARANCE  # mm
-
-    def __post_init__(self) -> None:
-        if self.singular not in Region.SAFE:
-            raise InputError("singular", " or ".join(Region.SAFE), repr(self.singular))
-        if self.cone is not None and not 0 < self.cone < np.pi:
-            raise InputError("cone", "radians above 0 and below π, or none", repr(self.cone))
-        refuse_nonsense(self.lean, self.clearance)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Options:
     """All that a program depends on apart from the CL data and the machine."""
 
@@ -61,11 +26,30 @@ class Options:
     expand: bool = False  # whether arcs, cycles and tilted planes are straight moves, not the control's own words
     tolerance: float = TOLERANCE  # mm, of the tip
     axis_tolerance: float = AXIS_TOLERANCE  # radians, of the tool axis
-    choosing: Choosing = field(default_factory=Choosing)
-    passing: Passing = field(default_factory=Passing)
     errors: MachineErrors | None = None  # what was measured on the machine, to be compensated
+    # How branch and winding of each record are chosen; the arguments of `mathpost.path.selection.choose`.
+    strategy: str = "optimal"
+    start: ArrayLike | None = None  # present joints, shape (j,), mm and radians
+    prefer: int | None = None
+    split: bool = False
+    # Where a path is singular, and how it is led through; `lean` and `clearance` as in `Region.motion`.
+    singular: str = "direct"  # the way through
+    cone: float | None = CONE  # radians about the singular tool axes, see `mathpost.path.singular.regions`
+    lean: float = LEAN  # radians
+    clearance: float = CLEARANCE  # mm
 
     def __post_init__(self) -> None:
+        if self.strategy not in STRATEGIES:
+            raise InputError("strategy", " or ".join(STRATEGIES), repr(self.strategy))
+        if self.prefer not in (None, 1, -1):
+            raise InputError("prefer", "1 or -1", repr(self.prefer))
+        if self.start is not None:
+            as_array(self.start, np.size(self.start), "start")
+        if self.singular not in Region.SAFE:
+            raise InputError("singular", " or ".join(Region.SAFE), repr(self.singular))
+        if self.cone is not None and not 0 < self.cone < np.pi:
+            raise InputError("cone", "radians above 0 and below π, or none", repr(self.cone))
+        refuse_nonsense(self.lean, self.clearance)
         if not 0 < self.tolerance < np.inf:
             raise InputError("tolerance", "mm above 0", repr(self.tolerance))
         if not 2 * self.axis_digits <= self.axis_tolerance < np.inf:
@@ -75,7 +59,7 @@ class Options:
 
     @classmethod
     def of(cls, machine: Machine, *, dialect: Control | str = "heidenhain", **given: Any) -> "Options":
-        """Return the options that keywords name, those of `Choosing` and `Passing` among them.
+        """Return the options that keywords name.
 
         `InputError` is raised for one that is not known or has a wrong value, a control that cannot name the axes
         of the machine, and errors of another machine.
@@ -83,19 +67,13 @@ class Options:
         Examples
         --------
         >>> from mathpost import load_machine
-        >>> Options.of(load_machine("dmu50v"), dialect="fanuc", singular="retract").passing.singular
-        'retract'
+        >>> Options.of(load_machine("dmu50v"), dialect="fanuc", singular="retract").control.name
+        'fanuc'
         """
-        nested: dict[str, Any] = {"choosing": Choosing, "passing": Passing}
-        values: dict[str, Any] = {}
-        for name, kind in nested.items():
-            values[name] = kind(**{each.name: given.pop(each.name) for each in fields(kind) if each.name in given})
-        own = [each.name for each in fields(cls) if each.name not in ("control", *nested)]
-        values |= {name: given.pop(name) for name in own if name in given}
-        if given:
-            known = ["dialect", *own, *(each.name for kind in nested.values() for each in fields(kind))]
-            raise InputError("run", f"the options {', '.join(known)}", ", ".join(given))
-        made = cls(control=control_for(machine, dialect), **values)
+        known = [each.name for each in fields(cls) if each.name != "control"]
+        if unknown := [name for name in given if name not in known]:
+            raise InputError("run", f"the options {', '.join(['dialect', *known])}", ", ".join(unknown))
+        made = cls(control=control_for(machine, dialect), **given)
         if made.errors is not None and made.errors.machine != machine:
             raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(made.errors.machine.name))
         return made

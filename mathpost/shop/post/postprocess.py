@@ -107,7 +107,7 @@ def postprocess(
     origins = _origins(paths, asked)
     plans: list[Plan] = []
     for path in paths:
-        plans.append(plan(path, asked, asked.choosing.start, progress, before=plans[-1] if plans else None))
+        plans.append(plan(path, asked, asked.start, progress, before=plans[-1] if plans else None))
         plans[-1] = replace(plans[-1], moves=own_words(path, plans[-1].moves, asked))
 
     progress("writing")

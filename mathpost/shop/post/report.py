@@ -183,10 +183,10 @@ def _settings(cl: CLData, machine: Machine, options: Options, plans: list[Plan])
         )
     yield "CL data", f"{cl.name}, {len(cl)} records"
     yield "machine", f"{machine.name} ({machine.arrangement})"
-    yield "selection", f"{options.choosing.strategy}, cost {cost:.3f} {unit}"
+    yield "selection", f"{options.strategy}, cost {cost:.3f} {unit}"
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
-    yield "singular", f"records {shown}: {options.passing.singular}" if found else "no region"
+    yield "singular", f"records {shown}: {options.singular}" if found else "no region"
     yield "tolerance", f"{options.tolerance:g} mm, tool axis {np.degrees(options.axis_tolerance):g}°"
     yield "rotary", ", ".join(_range(joint.name, plans, 3 + n) for n, joint in enumerate(machine.rotary))
     lengths = [f"{path.kin.machine.tool_length:g} mm" for path in (each.path for each in plans)]
@@ -266,7 +266,7 @@ def _warnings(plan: Plan, options: Options, spindles: bool) -> Iterator[str]:
 def _strategies(plans: list[Plan], options: Options) -> Iterator[Compared]:
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
-        cost, swings, begin = 0.0, np.zeros(2), options.choosing.start
+        cost, swings, begin = 0.0, np.zeros(2), options.start
         try:
             for each in plans:
                 chosen = choose(each.path, options, begin, strategy=name)
@@ -284,6 +284,6 @@ def _ways(plans: list[Plan], options: Options) -> dict[tuple[int, int], list[Way
     for each in plans:
         for first, last in each.regions:
             through = crossing(each.path, each.chosen, (first, last), options)
-            compared = through.compare(lean=options.passing.lean, clearance=options.passing.clearance)
+            compared = through.compare(lean=options.lean, clearance=options.clearance)
             ways[each.path.first + first, each.path.first + last] = compared
     return ways

@@ -95,7 +95,7 @@ def plan(
     if before is not None:
         start = counted_from(path, before, before.chosen.joints[-1])
     chosen = choose(path, options, start)
-    found = regions(path.kin, path.cl, chosen.joints, cone=options.passing.cone)
+    found = regions(path.kin, path.cl, chosen.joints, cone=options.cone)
     progress("planning")
     motion, free = cross(path, chosen, found, options)
     comes = approaches(path.kin.machine, options)
@@ -139,10 +139,9 @@ def choose(
     path: ToolPath, options: Options, start: ArrayLike | None = None, *, strategy: str | None = None
 ) -> Selection:
     """Choose branch and winding of every record, see `mathpost.path.selection.choose`."""
-    wanted = options.choosing
     return selection.choose(
-        path.kin, path.cl, strategy or wanted.strategy, start=start, split=wanted.split and strategy is None,
-        prefer=wanted.prefer, sway=options.axis_tolerance / 2,
+        path.kin, path.cl, strategy or options.strategy, start=start, split=options.split and strategy is None,
+        prefer=options.prefer, sway=options.axis_tolerance / 2,
     )  # fmt: skip
 
 
@@ -161,17 +160,16 @@ def cross(
     Returns the motion, and which of its moves, shape (m - 1,), go as their way has them and need not keep to the
     great circle of the tool axis.
     """
-    passing = options.passing
-    how = {"lean": passing.lean, "clearance": passing.clearance}
+    how = {"lean": options.lean, "clearance": options.clearance}
     ways: list[Motion] = []
-    if passing.singular != "direct":
+    if options.singular != "direct":
         for region in unbroken(found, chosen.breaks):
-            ways.append(crossing(path, chosen, region, options).possible(passing.singular, **how))
+            ways.append(crossing(path, chosen, region, options).possible(options.singular, **how))
     for record in chosen.breaks:
-        ways.append(unwound(path, chosen, record, passing.clearance))
+        ways.append(unwound(path, chosen, record, options.clearance))
     motion = through_the_records(chosen.joints, ways)
     if approaches(path.kin.machine, options):
-        motion = approached(path, motion, passing.clearance)
+        motion = approached(path, motion, options.clearance)
     taken = np.zeros(len(path.cl), bool)
     for way in ways:
         taken[int(way.place[0]) : int(way.place[-1])] = True
@@ -189,7 +187,7 @@ def keep_tip(path: ToolPath, motion: Motion, options: Options) -> Motion:
     Travel is looked at between the records, too: `ReachError` names the first pose that is out of it.
     """
     name = f"{path.cl.name}, block"
-    keep = in_the_air(motion, _left_for_the_tip(path, motion, options), options.passing.clearance)
+    keep = in_the_air(motion, _left_for_the_tip(path, motion, options), options.clearance)
     divided = linearize(path.kin, motion, keep, name=name)
     fine = divided if options.tolerance <= TOLERANCE else linearize(path.kin, motion, TOLERANCE, name=name)
     _refuse_out_of_travel(path, fine)
