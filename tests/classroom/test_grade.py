@@ -310,6 +310,7 @@ def test_points_and_weights(handed_in, tmp_path):
     assert graded.points(found["王小明"])[:2] == (13, 13) and graded.mark(found["王小明"]) == 100
     assert graded.points(found["first"])[:2] == (5, 13)
     assert graded.mark(found["absent"]) == 0
+    assert "13.0" not in grade_page.to_csv(graded), "points are shown as they were stated"
 
 
 @pytest.mark.parametrize(

@@ -187,7 +187,7 @@ def read_rules(path: Path | str) -> Rules:
     points = file.table("points", optional=True)
     for name in points.content.keys() - known:
         raise InputError(points.where, NAMED, repr(name))
-    number = files.only_if(lambda value: value >= 0, files.a_number), "a number, 0 or more"
+    number = files.only_if(lambda value: files.a_number(value) >= 0), "a number, 0 or more"
     whole = files.only_if(lambda value: type(value) is int and value > 0), "a whole number above 0"
     some = files.only_if(lambda names: set(names) <= known, files.each(str))
     rules = Rules(
