@@ -490,6 +490,12 @@ def test_a_laser_in_degrees_is_not_nothing(write):
     assert np.ptp(found.positioning[0].value) / ARCSECOND == pytest.approx(0.0033 * 3600)
 
 
+def test_an_axis_is_positioned_by_one_file(write):
+    path = write(text("position,up1,up2", "0,0,0", "90,1,1", "180,2,2", **LASER))
+    with pytest.raises(InputError, match="one file of positioning for each axis"):
+        calibrate(machines.load("ac_table"), [path, path])
+
+
 def test_runs_one_after_the_other_forth_and_back(write):
     """Rows as they were taken: up to 360 and back, twice; 360 is 0; each direction for itself."""
     there = [0, 90, 180, 270, 360]
