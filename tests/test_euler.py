@@ -85,6 +85,7 @@ def test_identity_behind_the_source_angles():
         ("xyz", (40, -90, 25), "third", (65, -90, 0)),
         ("xyz", (10, 90, 40), "first", (0, 90, 30)),
         ("xyz", (190, 0, -200), "first", (-170, 0, 160)),
+        ("xyz", (-180, 20, 30), "third", (180, 20, 30)),  # not −180
         ("ZXZ", (135, BETA, -90), "third", (135, BETA, -90)),
     ],
 )

@@ -208,6 +208,7 @@ def test_swivel_cycle_moves_its_origin_along_the_turned_axes():
         ("G68.2 P2 Q1 X0 Y0 Z0\nG68.2 P2 Q1 X1 Y0 Z0\nG68.2 P2 Q2 X1 Y0 Z0\nG68.2 P2 Q3 X1 Y2 Z0", "a Q that"),
         ("G68.2 P2 Q1 X0 Y0 Z0\nG0 X5\nG68.2 P2 Q2 X1 Y0 Z0\nG68.2 P2 Q3 X1 Y2 Z0", "next block of G68.2 P2"),
         ("G68.2 P3 Q1 I1. J0. K0.\nG68.2 P3 Q2 I0.1 J0 K1.", "90 degrees between both vectors, found 84.2894"),
+        ("G68.2 P3 Q1 I1.000 J0. K0.\nG68.2 P3 Q2 I0.004 J0. K1.000", "both vectors, found 89.7708"),
         ("G68.2 P3 Q1 I1. J0. K0.\nG68.2 P3 Q2 I0. J0 K1. R5", "found 'R5'"),
         ("G68.2 P4 I90 J90 K0", "that span a plane"),
         ("G68.3 X0 Y0 Z0", "rotary axes whose position is known"),
