@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,6 +52,11 @@ class HandIn:
         steps_too = reference.homework.results is None
         self.matched = match(self.ours, reference.inputs, sheet, told)
         self.comparison = Comparison(self.ours, reference.results, sheet, self.matched, told, steps_too)
+        if self.matched.scale:
+            matched = replace(self.matched, factor=self.matched.factor | self.matched.scale)
+            scaled = Comparison(self.ours, reference.results, sheet, matched, told, steps_too)
+            if len(scaled.known_cells) > len(self.comparison.known_cells):
+                self.matched, self.comparison = matched, scaled
         self.faults: list[Fault] = []
         self.wrong: list[Place] = []
         self.after: set[Place] = set()
@@ -64,7 +70,7 @@ class HandIn:
         comparison.place_results()
         while len(self.faults) < MOST_FAULTS and (self._find_fault() or self._differs_elsewhere()):
             comparison.place_results()
-        if comparison.steps_too and not self.faults:
+        if comparison.steps_too and not self.faults and not self.matched.weak:
             self._ends_that_are_nothing()
         self._numbers()
         self.open += [self._error_elsewhere(each) for each in self.errors if not each.is_single]
@@ -105,13 +111,20 @@ class HandIn:
         ready.sort(key=lambda each: (each[0] not in comparison.sure, order(each[1][0])))
         for result, cells in ready:
             for cell in cells[: 1 if result in comparison.sure else None]:
-                if change := first_wrong(comparison, result, cell):
+                if not self.sheet.unknown.isdisjoint(self.sheet.upstream([cell])):
+                    continue
+                change = first_wrong(comparison, result, cell)
+                if change and (change.cause != "wrong value" or not self._is_weak(result)):
                     self._add(change)
                     return True
-            if result in comparison.sure:
+            if result in comparison.sure and not self._is_weak(result):
                 self._add(self._unexplained(result, cells[0]))
                 return True
         return False
+
+    def _is_weak(self, result: Place) -> bool:
+        """Whether some of its inputs may be others: then only a usual slip is a fault."""
+        return not self.ours.upstream([result]).isdisjoint(self.matched.weak)
 
     def _judged(self, result: Place) -> bool:
         """Whether all inputs of a result were found, nothing on the way is unknown, and texts have its words."""

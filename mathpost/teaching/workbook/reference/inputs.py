@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -19,6 +20,8 @@ COMMON = frozenset(
     map(float, (-1, 0, 1, 2, 3, 10, 60, 90, 100, 180, 360, 1000, 3600))
 )  # a formula has these as well
 PLAIN = frozenset(map(float, (-1, 0, 1, 60, 180, 360, 1000, 3600)))  # no input if a hand-in has none
+SCALES = (1e-6, 1e-5, 1e-3, 1e3, 1e5, 1e6)  # of a student's own number in a different unit
+ALIKE = 0.7  # powers of ten by which own numbers may be apart
 LIKE = 0.4  # of labels that may mean the same
 CLEARLY = 0.15  # by how much the best must be better than the next
 LONG = 3  # numbers in a row that are found together
@@ -33,6 +36,10 @@ class Matched:
     other: dict[Place, Place] = field(default_factory=dict)  # those that hold a different number
     open: list[Place] = field(default_factory=list)
     unsure: list[Place] = field(default_factory=list)  # found by what they do alone, and in a different order
+    scale: dict[Place, float] = field(
+        default_factory=dict
+    )  # units of the student's own numbers, as their size says
+    weak: set[Place] = field(default_factory=set)  # found by what they do or by where they are, and no label agrees
 
     @property
     def back(self) -> dict[Place, Place]:
@@ -59,16 +66,16 @@ def match(
         if own_numbers or not matcher.has_own_numbers():
             break
         matcher.by_role(equal | other)
-    before = {
-        p
-        for p, cells in found.cells.items()
-        if p not in other and _near(numbers[p], handed_in.numbers_typed[cells[0]])
-    }
+    theirs = handed_in.numbers_typed
+    before = {p for p, cells in found.cells.items() if p not in other and _near(numbers[p], theirs[cells[0]])}
     before |= found.factor.keys()
     matcher.take_named()
     matcher.settle(None)
     matcher.by_shape()
     found.other = {place: found.cells[place][0] for place in found.cells if place not in before}
+    own = {p: c for p, c in found.other.items() if p not in matcher.told and p not in other}
+    found.weak = {p for p, c in own.items() if p not in matcher.named and not matcher.likely(p, c)}
+    found.scale = {p: scale for p, c in own.items() if (scale := _scale(theirs[c], numbers[p]))}
     found.open = [place for place in matcher.left if numbers[place] not in PLAIN]
     matcher.copies()
     return found
@@ -81,6 +88,14 @@ def _near(a: float, b: float) -> bool:
 def _in_unit(numbers: Mapping[Place, float], factor: float, place: Place, number: float) -> bool:
     """Whether a number is that of an input in a different unit."""
     return _telling(number) and _near(numbers[place] * factor, number)
+
+
+def _scale(number: float, own: float) -> float | None:
+    """The factor of the unit of a student's own number, which is of another size than the reference's."""
+    if number * own <= 0 or abs(np.log10(number / own)) < -np.log10(SCALES[2]) - ALIKE:
+        return None
+    scale = min(SCALES, key=lambda each: abs(np.log10(number / own / each)))
+    return scale if abs(np.log10(number / own / scale)) < ALIKE else None
 
 
 def _telling(number: float) -> bool:
@@ -279,11 +294,14 @@ class _Matcher:
 
         A student who exchanged two inputs in a formula has them the other way round, too.
         """
-        ways = [
-            [(p, q) for n, (p, c) in enumerate(ordered) for q, d in ordered[:n] if place(c) < place(d)]
-            for place in (self.handed_in.reading_order, lambda cell: (cell[0], cell[2], cell[1]))
-            for ordered in [sorted(pairs, key=lambda pair: self.reference.reading_order(pair[0]))]
-        ]
+
+        def across(place: Place) -> Place:
+            return place[0], place[2], place[1]
+
+        ways = []
+        for here, there in product((self.reference.reading_order, across), (self.handed_in.reading_order, across)):
+            ordered = sorted(pairs, key=lambda pair: here(pair[0]))
+            ways.append([(p, q) for n, (p, c) in enumerate(ordered) for q, d in ordered[:n] if there(c) < there(d)])
         return list(dict.fromkeys(place for pair in min(ways, key=len) for place in pair))
 
     def likely(self, place: Place, cell: Place) -> float:

@@ -21,14 +21,17 @@ from mathpost.teaching.workbook.sheet.place import Place
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, Values, at_samples
 from mathpost.teaching.workbook.sheet.tree import areas
 
-LEVELS = (0.43, 1.7, 23.0)  # what all inputs are set to, one after the other: one of them suits an arcsine
+LEVELS = (0.43, 1.7, 23.0, 0.37, 29.0)  # what all inputs are set to, one after the other: one suits an arcsine
+SPREAD = np.array([0, 0, 0, 0.1, 0.1])[
+    :, None
+]  # relative, within a list, whose deviation would be 0 if all are equal
 VARIED = 1.37  # times that is the input whose role is asked for
 MOST_INPUTS = 150
 LONG = 3  # numbers that are a list
 CLEARLY = 1.2  # times as much as what tells for any other
 ORDER = 1e-6  # of the score: which of equal inputs is which, if nothing else tells
 
-Role = tuple[tuple[float, ...], tuple[float, ...]]  # a quantity with all inputs equal, and with this one varied
+Role = tuple[int, str, str]  # the level; a quantity with all inputs equal, and with this one varied
 
 
 @dataclass
@@ -56,16 +59,16 @@ class Inputs:
         at = np.repeat(np.array(LEVELS)[:, None], len(self.places) + 1, axis=1)
         given, spread = {}, self._spread()
         for n, place in enumerate(self.places, 1):
-            varied = at * spread.get(place, 1.0)
+            varied = at * (1 + SPREAD * spread.get(place, 0.0))
             varied[:, n] *= VARIED
             given[place] = varied.ravel()
         return [np.broadcast_to(value, at.size).reshape(at.shape) for value in self.quantities(given)]
 
     def _spread(self) -> dict[Place, float]:
-        """A list that a formula takes as one is not all equal, or its spread would be 0: a factor by its order."""
+        """Between 0 and 1, by its place in the longest list that a formula takes as one."""
         lists = {tuple(area.places) for tree in self.sheet.trees.values() for area in areas(tree)}
         ordered = sorted((each for each in lists if len(each) >= LONG), key=lambda each: (len(each), each))
-        return {p: 1 + 0.1 * (0.618 * n % 1) for places in ordered for n, p in enumerate(places, 1)}
+        return {p: 0.618 * n % 1 for places in ordered for n, p in enumerate(places, 1)}
 
     @cached_property
     def depends(self) -> list[set[Place]]:
@@ -78,7 +81,7 @@ class Inputs:
         found: list[set[Role]] = [set() for _ in self.places]
         for value in self._varied:
             for n in _moved(value):
-                found[n].add((_digits(value[:, 0]), _digits(value[:, n + 1])))
+                found[n] |= {(k, f"{row[0]:.6e}", f"{row[n + 1]:.6e}") for k, row in enumerate(value)}
         return found
 
 
@@ -86,10 +89,6 @@ def _moved(value: np.ndarray) -> list[int]:
     """The numbers of the inputs on which a quantity depends."""
     off = np.abs(value - value[:, :1]) > 1e-9 * np.abs(value).max(axis=1)[:, None]  # false where there is no number
     return (np.flatnonzero(off.any(axis=0)) - 1).tolist()
-
-
-def _digits(values: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(f"{value:.7g}") for value in values)
 
 
 def by_role(
@@ -123,7 +122,7 @@ def _scores(ours: Inputs, theirs: Inputs, likeness: Callable[[Place, Place], flo
     score = np.zeros((len(ours.places), len(theirs.places)))
     for i, own in enumerate(ours.roles):
         for j, other in enumerate(theirs.roles):
-            if shared := sum(1 / (here[role] * there[role]) for role in sorted(own & other)):
+            if shared := sum(1 / (here[role] * there[role]) for role in sorted(own & other)) / len(LEVELS):
                 apart = (i / len(ours.places) - j / len(theirs.places)) ** 2
                 score[i, j] = shared + 0.1 * likeness(ours.places[i], theirs.places[j]) - ORDER * apart
     return score
