@@ -11,8 +11,9 @@ from mathpost import load_machine, machine_file
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.path import selection, singular
+from mathpost.path import region, selection, singular
 from mathpost.path.deviation import AXIS_TOLERANCE
+from mathpost.path.motion import Motion
 from mathpost.shop.post.ways import Crossing
 from tests.conftest import DATA
 from tests.machines import content, random_joints
@@ -199,6 +200,12 @@ def test_paper_ways_leave_the_part(dmu50v, blade):
     assert needed["linear"] == pytest.approx(2.548, abs=0.001) and needed["cubic"] == pytest.approx(
         1.384, abs=0.001
     )
+
+
+def test_a_record_at_which_two_ways_meet_is_passed_once():
+    joints = np.arange(30.0).reshape(6, 5)
+    ways = [Motion.on_part(joints[at], np.array(at)) for at in ([3, 4], [1, 2, 3])]
+    assert region.through_the_records(joints, ways).place.tolist() == [0, 1, 2, 3, 4, 5]
 
 
 def test_a_region_at_the_end_has_no_slope(dmu50v, blade):
