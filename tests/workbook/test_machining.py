@@ -76,8 +76,8 @@ def checked(path, cells, task=None):
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_a_table_in_any_layout(layout, tmp_path):
     cells, rows, task = table(layout)
-    report = checked(tmp_path / "right.xlsx", cells, task)
-    assert report.verdict == "right", str(report)
+    report = checked(tmp_path / "right.xlsx", cells, task)  # by its numbers; what its formulas are is not judged
+    assert (report.verdict, report.faults) == ("not judged", []) and "--reference" in str(report), str(report)
     place = rows[2][first_in_file(task.machine.stem)]
     cells[place] += "+0.75"
     report = checked(tmp_path / "wrong.xlsx", cells, task)
@@ -90,10 +90,8 @@ def numbers(cells, form):
     return {p: v if isinstance(v, str) else form(float(np.ravel(v)[0])) for p, v in values.items()}
 
 
-@pytest.mark.parametrize(
-    "form", [lambda v: round(v, 3), lambda v: float(f"{v:.6g}"), lambda v: float(np.float32(v)), lambda v: v]
-)
-@pytest.mark.parametrize("layout", ["in rows", "blank columns"])
+@pytest.mark.parametrize("form", [lambda v: round(v, 3), lambda v: float(f"{v:.6g}"), lambda v: v])
+@pytest.mark.parametrize("layout", ["in rows", "rounded", "from 0 to 360"])
 def test_a_table_of_numbers(layout, form, tmp_path):
     cells, rows, task = table(layout)
     cells = numbers(cells, form)
@@ -104,8 +102,9 @@ def test_a_table_of_numbers(layout, form, tmp_path):
     assert [fault.cell for fault in report.faults] == [address(rows[3]["Y"])]
 
 
-def test_beyond_travel_while_the_other_branch_is_inside(tmp_path):
-    for layout, verdict in (("in rows", "wrong"), ("rounded", "right")):  # B from 0 to 180, A from -120 to 120
+def test_rotary_words_beyond_travel_are_not_judged(tmp_path):
+    """Which branch is meant the machine says; one of words beyond travel is none that it has."""
+    for layout, verdict in (("in rows", "not judged"), ("rounded", "right")):  # B from 0 to 180, A from -120 to 120
         cells, rows, task = table(layout)
         tilts = [row["B" if "B" in row else "A"] for row in rows]
         cells |= {p: cells[p].replace("DEGREES", "-DEGREES", 1) for p in tilts}
@@ -113,11 +112,9 @@ def test_beyond_travel_while_the_other_branch_is_inside(tmp_path):
             cells |= {
                 row["C"]: re.sub(r"ATAN2\(-([^,]+),([^)]+)", r"ATAN2(\1,-\2", cells[row["C"]]) for row in rows
             }
-        for form in (lambda cells: cells, lambda cells: numbers(cells, lambda v: round(v, 4))):
-            report = checked(tmp_path / "sheet.xlsx", form(cells), task)
-            assert report.verdict == verdict, str(report)
-            expected = [(address(p), "branch") for p in tilts] * (verdict == "wrong")
-            assert [(fault.cell, fault.cause) for fault in report.faults] == expected
+        report = checked(tmp_path / "sheet.xlsx", numbers(cells, lambda v: round(v, 4)), task)
+        assert (report.verdict, report.faults) == (verdict, []), str(report)
+        assert ("within its travel" in str(report)) == (verdict == "not judged")
 
 
 @pytest.mark.parametrize(("layout", "long", "short"), [("blank columns", "300", "250")])
@@ -135,15 +132,12 @@ def test_words_of_another_point_of_the_head(layout, long, short, tmp_path):
 def test_at_the_pole_any_angle_is_right_but_there_must_be_one(tmp_path):
     cells, rows, task = table("rounded")
     cells |= dict(zip([in_rows(2, k) for k in (3, 4, 5)], (0, 0, 1), strict=True))
-    angle = cells[rows[2]["C"]][1:]
     report = checked(tmp_path / "none.xlsx", cells, task)
-    assert [fault.cell for fault in report.faults] == [address(rows[2]["C"])]
+    assert report.verdict == "not judged" and "S!B5:G5: numbers that are no row of a table" in str(report)
     for n, row in enumerate(rows):
         i, above = (address(place) for place in (in_rows(n, 3), rows[max(n - 1, 0)]["C"]))
-        text = cells[row["C"]][1:]
-        cells[row["C"]] = f"=IF({i}=0,{above},{text})" if n else f"={text}"
-    assert angle in cells[rows[2]["C"]]
-    assert checked(tmp_path / "kept.xlsx", cells, task).verdict == "right"
+        cells[row["C"]] = f"=IF({i}=0,{above},{cells[row['C']][1:]})" if n else cells[row["C"]]
+    assert checked(tmp_path / "kept.xlsx", numbers(cells, lambda v: round(v, 4)), task).verdict == "right"
 
 
 def test_a_tool_axis_that_is_no_unit_vector_is_warned_of(tmp_path):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterable, Iterator
 from os import PathLike
 from pathlib import Path
 
@@ -13,7 +11,6 @@ import numpy as np
 from mathpost.teaching.bounds import TooLarge, bounded
 from mathpost.teaching.workbook.meaning.recognise import Recognised
 from mathpost.teaching.workbook.meaning.typed_words import looked_at
-from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.meaning.words import Words
 from mathpost.teaching.workbook.report import (
     CONSEQUENCE,
@@ -25,13 +22,11 @@ from mathpost.teaching.workbook.report import (
     FileReport,
     Judgement,
 )
-from mathpost.teaching.workbook.sheet.edits import INVERSE
 from mathpost.teaching.workbook.sheet.file import EMPTY, Book, read
 from mathpost.teaching.workbook.sheet.formula import Tree
 from mathpost.teaching.workbook.sheet.graph import Graph
 from mathpost.teaching.workbook.sheet.neighbours import typed_over
 from mathpost.teaching.workbook.sheet.place import Place
-from mathpost.teaching.workbook.sheet.tree import heads
 from mathpost.teaching.workbook.task import Task
 from mathpost.teaching.workbook.verdict.beside import Beside
 from mathpost.teaching.workbook.verdict.inputs import contradicted, unused
@@ -97,7 +92,12 @@ def _checked(path: str | PathLike[str], task: Task) -> FileReport:
     results = {graph.address(p) for c in found.calculations for p in c.results}
     right = {cell.cell for cell in report.cells if cell.status == RIGHT}
     status = {cell.place: cell.status for cell in report.cells}
-    report.explain = _explainer(graph, status, partial(reason, judge, others))
+
+    def explain(text: str) -> list[str]:
+        (place, *_) = graph.named("why", text).places
+        return reason(judge, others, place, status.get(place))
+
+    report.explain = explain
     if report.verdict == UNCLEAR:
         report.seen.append(BY_REFERENCE)
     report.beside = not (report.faults or unclear) and report.verdict == UNCLEAR and results <= right
@@ -105,10 +105,9 @@ def _checked(path: str | PathLike[str], task: Task) -> FileReport:
 
 
 def _graph(book: Book) -> Graph:
-    """The graph of a workbook, without what is apart from all rotations if that is much; a quaternion turns too."""
+    """The graph of a workbook, without what is apart from all rotations if that is much."""
     graph = Graph(book)
-    if not any(re.search(wording("quaternion"), str(cell.value), re.I) for cell in book.cells.values()):
-        graph.set_aside()
+    graph.set_aside()
     return graph
 
 
@@ -161,8 +160,6 @@ def _problems(judge: Judge, others: Beside) -> list[str]:
     problems += [text for triple, text in found.doubts.items() if not others.unjudged.isdisjoint(triple)]
     unclear = problems or not found.calculations
     if unclear and not (judge.faults or judge.reading or found.task.machine):
-        if any(heads(tree) & INVERSE for tree in graph.trees.values()):
-            problems.append("tool axes and the words of a machine are judged with --machine FILE")
         problems.append(ASKED)
     return problems
 
@@ -181,22 +178,6 @@ def _warnings(judge: Judge, lost: dict[Place, Tree]) -> Iterator[str]:
         yield LUCKY
     if words := [c for c in found.calculations if isinstance(c, Words)]:
         yield from looked_at(words, graph.own)
-        up = graph.upstream(p for row in words for p in row.results) & found.typed - judge.inputs.keys()
-        zeros = [p for p in found.sorted(up - {p for w in found.windows for p in w}) if graph.own[p] == 0]
-        if zeros and not judge.faults:
-            yield f"{', '.join(graph.ranges(zeros[:6]))}: 0, so that a slip before it is not seen"
-
-
-def _explainer(
-    graph: Graph, statuses: Mapping[Place, str], reason: Callable[[Place, str | None], list[str]]
-) -> Callable[[str], list[str]]:
-    """The function that takes the address of a cell and says which rule judged it."""
-
-    def explain(text: str) -> list[str]:
-        (place, *_) = graph.named("why", text).places
-        return reason(place, statuses.get(place))
-
-    return explain
 
 
 def _report(

@@ -51,11 +51,6 @@ class Calculation:
         return (*self.given, *self.results)
 
     @property
-    def periods(self) -> dict[Place, float]:
-        """Place of a result → after how much it is the same again."""
-        return {}
-
-    @property
     def entries(self) -> list[np.ndarray]:
         """The values that one cell may hold."""
         return [entry for known in self.known.values() for k in known for entry in k]
@@ -68,9 +63,6 @@ class Calculation:
     def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute, at the samples in `values`, the required results and the values that may occur on the way."""
         raise NotImplementedError
-
-    def unround(self, inputs: Values) -> None:
-        """Replace the sheet's own inputs, at the first sample, by the exact values that their digits round."""
 
     def should_be(self, places: Iterable[Place], expected: np.ndarray) -> None:
         """Set the targets: the required values of `places`, shape (len(places), samples)."""
@@ -102,8 +94,6 @@ class Turn(Calculation):
     def prepare(self, values: Values, units: dict[Place, float]) -> None:
         """Compute, at the samples in `values`, what the sheet may hold: as 4×4, of which the 3×3 are a part."""
         self.radians = look(values, self.angles) * [units[p] for p in self.angles]
-        if self.angles and not self.axis:  # others are 0
-            self.radians = np.pad(self.radians, ((0, 0), (0, 3 - len(self.angles))))
         self.elements, words, ends = self._elements(values), [], []
         for first in range(len(self.elements)):
             product = np.eye(4)
@@ -165,27 +155,18 @@ def look(values: Values, places: Sequence[Place]) -> np.ndarray:
     return found
 
 
-def nearest(
-    now: np.ndarray,
-    both: np.ndarray,
-    degrees: bool = True,
-    preferred: int | None = None,
-    slack: float | np.ndarray = 1e-6,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the one of two solutions, (samples, 2, angles), that has more of the present angles, and the votes.
+def nearest(now: np.ndarray, both: np.ndarray, slack: float | np.ndarray = 1e-6) -> np.ndarray:
+    """Return the one of two solutions, (rows, 2, angles), that has more of the present angles.
 
-    A right angle is right in any winding, which is then kept; of equally good solutions the preferred one counts.
+    A right angle is right in any winding, which is then kept; of equally good solutions that of most rows counts.
     """
-    turn = 360.0 if degrees else 2 * np.pi
-    off = np.abs((now[:, None] - both + turn / 2) % turn - turn / 2)
-    right = off <= slack
+    right = np.abs((now[:, None] - both + 180) % 360 - 180) <= slack
     fits = right.sum(axis=-1)
-    votes = fits.sum(axis=0)
-    better = int(np.argmax(votes)) if preferred is None else preferred
+    better = int(np.argmax(fits.sum(axis=0)))
     branch = np.where(fits[:, 1 - better] > fits[:, better], 1 - better, better)
     n = np.arange(len(now))
     found = both[n, branch]
-    return found + turn * np.where(right[n, branch], np.round((now - found) / turn), 0), votes
+    return found + 360 * np.where(right[n, branch], np.round((now - found) / 360), 0)
 
 
 def _cells(matrix: np.ndarray, size: int) -> np.ndarray:

@@ -26,15 +26,13 @@ class Given:
 
     `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; `turning` go into a
     sine or cosine; `composed` are angles that a formula makes of other numbers. `windows` are matrices, row by row.
-    The recognised `angles` and `lengths` are inputs; the rotation is of the `sequence`, which `is_whole` or has
-    angles that are 0.
+    The recognised `angles` and `lengths` are inputs; the rotation is of the `sequence`.
     """
 
     windows: list[Line]
     angles: set[Place]
     lengths: set[Place]
     sequence: str
-    is_whole: bool
 
     def __init__(self, graph: Graph, *, with_formulas: bool = True) -> None:
         self.graph = graph

@@ -1,7 +1,7 @@
 """Where the columns of a table of NC words are: its headings name them.
 
 A table has rows of tip, tool axis and words: x y z i j k X Y Z and two rotary words by the machine's letters, in
-any order, with other columns between them. Tip and tool axis are numbers. Where a heading is missing, or several
+any order, with other columns between them. Tip and tool axis are typed. Where a heading is missing, or several
 columns have it and the numbers do not tell them apart, the columns are asked for.
 """
 
@@ -143,8 +143,8 @@ def _pool(columns: list[Column], letter: str, given: bool) -> list[int]:
 
 
 def is_whole(graph: Graph, row: Iterable[Place]) -> bool:
-    """Whether there is a number, or a formula, in each cell of a row."""
-    return all(place in graph.trees or graph.own.get(place) is not None for place in row)
+    """Whether there is a number in each cell of a row."""
+    return bool(np.isfinite(np.array([graph.own.get(place) for place in row], dtype=float)).all())
 
 
 def _share_right(columns: list[Column], order: tuple[int, ...], kinematics: Kinematics) -> float:

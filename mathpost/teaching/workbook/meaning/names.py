@@ -20,7 +20,7 @@ AXIS_NAMES = {
 
 
 class Names(Vectors):
-    """What the texts of a workbook call its vectors, angles and quaternions."""
+    """What the texts of a workbook call its vectors and angles."""
 
     names: Sequence[str]  # of the angles, as a product in the text has them
     _ends: dict[Place, Place]
@@ -69,8 +69,6 @@ class Names(Vectors):
 
     def three(self, cells: Line) -> Line | None:
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
-        if not self.is_whole:
-            return self.sorted(self.angles)
         lines = self.lines(set(cells), min(len(cells), 2))
         lines = [line for line in lines if self.lengths.isdisjoint(line)]
         lines.sort(key=lambda line: -len(self.angles.intersection(line)))

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from mathpost import euler
 from mathpost.teaching.workbook.meaning.calculation import Turn
 from mathpost.teaching.workbook.meaning.rows import rows_alike
 from mathpost.teaching.workbook.meaning.texts import FOREIGN, PASSIVE, SAID_ACTIVE, reading
@@ -49,16 +48,11 @@ class Recognised(Turns):
         self.calculations = []
         self.beside = []
         self.steps: list[Turn] = []
-        count = len(self.typed & self.turning)
-        read = reading(task, self.text, count)
+        read = reading(task, self.text)
         self.sequence, self.active, self.by, unsure, self.names, self.also, self.axes = read
         said = task.convention or self.active or re.search(f"{PASSIVE}|{SAID_ACTIVE}", self.text, re.I)
         more = self.by == "the text" or bool(re.search(FOREIGN, self.text, re.I))
         self.is_open = self.by != "the task" and not said and more
-        self.is_whole = len(self.sequence) == 3  # else the last angles are 0
-        if not self.is_whole:
-            full = next(each for each in euler.SEQUENCES if each.startswith(self.sequence.upper()))
-            self.sequence = full if self.sequence.isupper() else full.lower()
         self.windows = self.matrices()
         self.constants = self.never_moved()
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
@@ -92,8 +86,6 @@ class Recognised(Turns):
             elif not used.issuperset(triple):
                 self.beside.append(triple)
                 self.doubts[triple] = f"{self.graph.range(triple)}: {turn} not found among its inputs"
-        if not (self.calculations or self.doubts):
-            self._take_matrices()
         rows_alike(self)
 
     def _final_vectors(self) -> list[Line]:
@@ -135,17 +127,6 @@ class Recognised(Turns):
         )
         of_signs &= bool(mirrored)  # a mirrored copy, or one that has lost its minus
         return turned and not (difference or of_signs)
-
-    def _take_matrices(self) -> None:
-        """Take the matrices that no other follows from as results, of a sheet that turns no point."""
-        graph, most = self.graph, max((len(self._of(w, self.angles)) for w in self.windows), default=0)
-        inverse = graph.upstream(p for p, tree in graph.trees.items() if heads(tree) & INVERSE_FUNCTIONS)
-        for window in (w for w in self.windows if inverse.isdisjoint(w)):  # else what is made of it is the result
-            own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
-            if not all(after.isdisjoint(w) for w in self.windows if w != window):
-                continue
-            if len(own) == most > 0 and (angles := self.three(own)):
-                self.calculations.append(self._told(Turn(window, self.by_name(angles))))
 
     def _is_combined(self, triple: Line, up: set[Place], finals: Mapping[Line, None]) -> bool:
         """Whether a vector is made of several that go back to different points, or angles, as a mean is."""

@@ -22,7 +22,7 @@ TURNS = rf"{wording('turning')}|\br_?[xyz]\b"
 ONE_AXIS = rf"{wording('about')}(?:\s|\(|{wording('the')})*([xyz])(?![a-z])"
 AXIS_OR_THEN = re.compile(rf"(?<![a-z])([xyz])(?![a-z])|({wording('then')})", re.I)
 FACTOR = r"\bR_?([xyz123])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
-CHAIN, PAIR = (re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * n), re.I) for n in (3, 2))
+CHAIN = re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * 3), re.I)
 SPACED = re.compile("[=+] *" + " ".join([FACTOR] * 3), re.I)
 # p′ᵀ = pᵀ·Rᵀ for rows is the same as p′ = R·p for columns.
 BOTH_SIDES = r"\b([prvx])['’′]?(?:ᵀ|\^T) *= *\1(?:ᵀ|\^T) ?[·*×]? ?\w+(?:ᵀ|\^T)"
@@ -68,11 +68,8 @@ class Reading(NamedTuple):
     axes: str  # "turned" or "fixed" if words say one of the two
 
 
-def reading(task: Task, text: str, count: int = 3) -> Reading:
-    """Return the `Reading` of a task and a text.
-
-    For a sheet with one or two angles, `count`, the texts may name as many axes; the other angles are 0.
-    """
+def reading(task: Task, text: str) -> Reading:
+    """Return the `Reading` of a task and a text."""
     text = "\n".join(line for line in text.splitlines() if not re.search(NOT_ASKED, line, re.I))
     turns = [re.sub(WXYZ, "", line, flags=re.I) for line in text.splitlines() if re.search(TURNS, line, re.I)]
     said = {"".join(f.groups()).upper() for f in PRIMED.finditer(text)}
@@ -86,10 +83,6 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
     said &= set(euler.SEQUENCES)
     if not said and re.search(PASSIVE + "|" + SAID_ACTIVE, text, re.I) and re.search(YAW_PITCH_ROLL, text, re.I):
         said = {"ZYX"}
-    if count == 2 and not said:
-        said = {"".join(axes).upper() for axes in in_words if len(axes) == 2 and len(set(axes)) == 2}
-    if count == 1 and not said:
-        said = {axis.upper() for axes in in_words for axis in axes}
     by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
     by_text = next(iter(said)) if len(said) == 1 else ""
     several, doubts = sorted(said - {"XYZ"}), []  # "XYZ" may be coordinates
@@ -108,8 +101,7 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
     turning = re.search(wording("turned axes"), text, re.I) or PRIMED.search(text)
     # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not.
     names: tuple[str, ...] = ()
-    pairs = PAIR.finditer(text) if count == 2 else ()
-    chains = (*CHAIN.finditer(text), *SPACED.finditer(text), *pairs)
+    chains = (*CHAIN.finditer(text), *SPACED.finditer(text))
     for chain in chains:
         axes, angles = "".join(chain.groups()[::2]).upper().translate(NUMBERS), [*chain.groups()[1::2]]
         in_order = all(angles) and angles == sorted(set(angles))
@@ -119,7 +111,7 @@ def reading(task: Task, text: str, count: int = 3) -> Reading:
         of_steps = chain[1].isdigit() and not all(angles)  # R₃·R₂·R₁, matrices of the first step, the second, …
         if of_steps or re.search(UNDONE, before, re.I):
             continue
-        if (axes in euler.SEQUENCES or len(axes) == 2) and by_text in ("", axes):
+        if axes in euler.SEQUENCES and by_text in ("", axes):
             denied = passive or transposed or task.convention
             active = (active or ((in_order or of_matrices) and not denied)) and not all(minus)
             order = 1 if active else -1

@@ -1,4 +1,8 @@
-"""Words of a machine that are numbers without formulas: judged to their digits, and what deserves a look."""
+"""Words of a machine judged as numbers to their digits, and what deserves a look.
+
+The rotary words are right if they make the tool axis, on either branch and in any winding; X Y Z if they bring the
+tip into place with the rotary words that are demanded, or with those that are there.
+"""
 
 from __future__ import annotations
 
@@ -9,31 +13,33 @@ import numpy as np
 
 from mathpost.detective.digits import written_decimals
 from mathpost.detective.rotary_axes import JointCase
+from mathpost.rotation import unit
 from mathpost.teaching.workbook.meaning.calculation import nearest
-from mathpost.teaching.workbook.meaning.words import UNIT_LENGTH
+from mathpost.teaching.workbook.meaning.machine_table import CLOSE
+from mathpost.teaching.workbook.meaning.words import numbers_of
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.meaning.words import Words
     from mathpost.teaching.workbook.sheet.place import Place
 
+UNIT_LENGTH = 2e-3  # as near to 1 as the length of a unit vector of three decimals
+ROUNDED = 0.01  # mm, degrees: less may come from the rounding of what formulas calculate a word from
+TOLD = 0.05  # of a unit vector: so much tells a length
 FLIP = 60.0  # degrees between two rows that are worth a look
 
 
 def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[tuple[Place, str, str]]:
     """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
     kinematics = rows[0].kinematics
-    words, tip, axis = (
-        np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
-    )
-    units = rows[0].units
-    half = _half_digits(words[:, :3]) + 2 * _half_digits(tip).max(axis=1, keepdims=True)
-    half_angle = (_half_digits(words[:, 3:]) * units).max()
+    tip, axis, words = numbers_of(rows, values)
+    least = ROUNDED if any(row.by_formulas for row in rows) else 1e-9
+    half = np.maximum(_half_digits(words[:, :3]), least) + 2 * _half_digits(tip).max(axis=1, keepdims=True)
+    half_angle = max((_half_digits(words[:, 3:] / rows[0].units) * rows[0].units).max(), least)
     half_axis = 0.0 if (axis % 1 == 0).all() else _half_digits(axis).max()
-    words[:, 3:] *= units
     case = JointCase(kinematics, axis, words[:, 3:], half_angle + 1e-9, half_axis)
     both, spread = case.both_branches(axis)
     slack = spread.max(axis=1) + case.half_digit
-    demanded, _ = nearest(words[:, 3:], both, slack=slack[:, None])
+    demanded = nearest(words[:, 3:], both, slack=slack[:, None])
     off = (words[:, 3:] - demanded + 180) % 360 - 180
     any_is = case.makes_the_axis()[:, None]  # as at the pole
     right = (np.abs(off) <= slack) | any_is
@@ -63,30 +69,56 @@ def judge_numbers(rows: list[Words], values: Mapping[Place, float | None]) -> It
 
 def _half_digits(numbers: np.ndarray) -> np.ndarray:
     """Half of the last digit of numbers, all taken to have the decimals, or the digits, of the longest."""
-    single, least = numbers.astype(np.float32), np.full(numbers.shape, 1e-9)
-    if written_decimals(numbers) > 8 and np.allclose(numbers, single, rtol=1e-12, atol=0):  # numbers of four bytes
-        least = np.maximum(least, np.spacing(np.abs(single)))
-        numbers = np.array([float(str(n)) for n in single.ravel()]).reshape(numbers.shape)
     decimals, size = written_decimals(numbers), np.floor(np.log10(np.maximum(np.abs(numbers), 1e-9)))
     longest = max(written_decimals(n) + s for n, s in zip(numbers.ravel(), size.ravel(), strict=True))
     half = 0.5 * np.maximum(10.0**-decimals, 10.0 ** (size - longest))
-    return np.maximum(half if decimals < 9 else 0.0, least)
+    return np.maximum(half if decimals < 9 else 0 * half, 1e-9)
+
+
+def names_another_point(rows: list[Words], values: Mapping[Place, float | None]) -> str:
+    """Return a sentence if X Y Z of a table name another point than the machine file means, or nothing.
+
+    Most words in two columns are then off by one length along the turned tool axis, less the same at rotary zero if
+    the machine file means a point that does not turn.
+    """
+    kinematics = rows[0].kinematics
+    tip, axis, words = numbers_of(rows, values)
+    rotary = nearest(words[:, 3:], kinematics.inverse(tip, axis, degrees=True)[..., 3:])
+    at_zero = unit(np.array(kinematics.machine.tool_axis, float))
+    at_tip, up = (kinematics.close(tip + step, np.deg2rad(rotary))[:, :3] for step in (0, unit(axis)))
+    off, up = words[:, :3] - at_tip, up - at_tip
+    told = (np.abs(up - at_zero) > TOLD) & np.isfinite(off)
+    for back in (0 * at_zero, at_zero) if told.any() else ():
+        length = np.nanmedian(off[told] / (up - back)[told])
+        fits = told & (np.abs(off - length * (up - back)) < CLOSE)
+        if np.sum(2 * fits.sum(axis=0) > told.sum(axis=0)) > 1 and abs(length) > CLOSE:
+            where = f"{abs(length):.6g} mm {'up' if length > 0 else 'down'} the tool axis"
+            return f"X Y Z name a point {where} from the one that the machine file means"
+    return ""
+
+
+def beyond_travel(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[str]:
+    """Yield sentences on rotary words of which no turn is within travel, as of the other branch."""
+    own = numbers_of(rows, values)[2]
+    for joint, angles in zip(rows[0].kinematics.machine.rotary, own[:, 3:].T, strict=True):
+        turns = [[joint.nearest_turn(angle + slack) for slack in (-ROUNDED, ROUNDED)] for angle in angles]
+        outside = np.isnan(np.array(turns, dtype=float)).all(axis=1)
+        if lines := [str(row.results[0][1]) for row, out in zip(rows, outside, strict=True) if out]:
+            where = f"row{'s' * (len(lines) > 1)} {', '.join(lines[:6])}"
+            yield f"no turn of {joint.name} is within its travel in {where}"
 
 
 def looked_at(rows: list[Words], values: Mapping[Place, float | None]) -> Iterator[str]:
     """Yield what deserves a look in the present words, place → number: travel, flips between rows."""
-    machine = rows[0].kinematics.machine
-    own = np.array([[*map(values.get, row.results)] for row in rows], dtype=float)
-    own[:, 3:] *= [row.units for row in rows]
+    machine, (_, axis, own) = rows[0].kinematics.machine, numbers_of(rows, values)
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
     lines = [row.results[-1][1] for row in rows]
     for k, name in enumerate(machine.joint_names):
         outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
-        beyond = [row for row, out in zip(lines, outside, strict=True) if out]
-        if beyond:
-            text = ", ".join(map(str, beyond[:6]))
-            yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)} {text}"
-    lengths = np.linalg.norm(np.array([[values.get(p) for p in row.axis] for row in rows], dtype=float), axis=1)
+        if beyond := [str(row) for row, out in zip(lines, outside, strict=True) if out]:
+            text = f"beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)}"
+            yield f"{name} {text} {', '.join(beyond[:6])}"
+    lengths = np.linalg.norm(axis, axis=1)
     odd = [f"{lines[n]} ({lengths[n]:.4g})" for n in np.flatnonzero(np.abs(lengths - 1) > UNIT_LENGTH)]
     if 0 < 2 * len(odd) < len(rows):
         yield f"the tool axis is no unit vector in row {', '.join(odd[:6])}"

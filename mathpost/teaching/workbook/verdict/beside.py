@@ -51,7 +51,7 @@ class Beside:
         self.known = Known(judge)
         self.faults: list[Fault] = []
         self.rules: dict[Place, str] = {}
-        scope, pattern = Scope(judge), Pattern(judge, self.known)
+        scope, pattern = Scope(judge), Pattern(judge)
         self.places, rest = scope.places, scope.rest
         if not judge.unexplained:
             self._take(pattern.faults(rest, {p for w in self.found.windows if rest.issuperset(w) for p in w}))

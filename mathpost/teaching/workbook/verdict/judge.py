@@ -11,7 +11,6 @@ import numpy as np
 
 from mathpost.detective.digits import written_decimals
 from mathpost.teaching.workbook.meaning.calculation import Turn
-from mathpost.teaching.workbook.meaning.words import Words
 from mathpost.teaching.workbook.report import Fault
 from mathpost.teaching.workbook.sheet.edits import said
 from mathpost.teaching.workbook.sheet.graph import Graph
@@ -19,12 +18,11 @@ from mathpost.teaching.workbook.sheet.samples import Values
 from mathpost.teaching.workbook.sheet.tree import areas
 from mathpost.teaching.workbook.verdict.readings import Readings
 from mathpost.teaching.workbook.verdict.sampled import Sampled
-from mathpost.teaching.workbook.verdict.tables import Tables
+from mathpost.teaching.workbook.verdict.tables import of_tables
 from mathpost.teaching.workbook.verdict.where import Where
 from mathpost.teaching.workbook.verdict.why import Why
 
 if TYPE_CHECKING:
-    from mathpost.teaching.workbook.meaning.calculation import Calculation
     from mathpost.teaching.workbook.meaning.recognise import Recognised
     from mathpost.teaching.workbook.sheet.formula import Tree
     from mathpost.teaching.workbook.sheet.place import Place
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
 UNEXPLAINED = 5  # results without a repair: beside so many no further repairs are looked for
 # What is found of a wrong cell.
 UNLIKE_TASK = "it is an input, and the task gives another number"
-UNLIKE = "it is a result, and not what the task asks for at these inputs"
 TYPED = "the formulas around it go on over this number"
 
 
@@ -47,10 +44,8 @@ class Judge(Sampled):
         super().__init__(graph, found)
         self.faults: list[Fault] = []
         self.reading: tuple[str, str] | None = None
-        self.unexplained: list[Calculation] = []
-        self.unsure: set[Place] = set()
+        self.unexplained: list[Turn] = []
         self.targets: Values = {}
-        self.chained: list[Calculation] = []  # calculations from what another one may give
         self.readings = Readings(self)
         self.why = Why(self)
         self.where = Where(self)
@@ -61,17 +56,13 @@ class Judge(Sampled):
     def run(self) -> Self:
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
         self.prepare(self.live)
-        tables = Tables(self)
-        tables.prepare()
         self.prepare(self.found.steps)
         for last in [c for c in self.live if len(self.bad(c.targets)) > 1]:
             if right := [step for step in self._steps_to(last) if not self.bad(step.targets)]:
                 self._choose_steps(last, right)
         self.readings.read_the_headings()
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
-        made = self.graph.trees.keys() - self.inputs.keys()
-        self.chained = [c for c in self.live if not made.isdisjoint(c.given)]
-        for calculation in self.found.calculations[:1]:
+        for calculation in self.live[:1]:
             self.faults += self._unlike_the_task(calculation)
         self.reading = self.readings.left_open()
         if not self.reading:
@@ -79,21 +70,21 @@ class Judge(Sampled):
             self.faults += self._judged_by_steps()
         if others := self.readings.of_another_convention(self.unexplained):
             self.faults, self.unexplained = self.faults + others, []
-        self.faults = tables.faults(self.faults)
+        self.faults += of_tables(self)
         return self
 
-    def _steps_to(self, last: Calculation) -> list[Turn]:
+    def _steps_to(self, last: Turn) -> list[Turn]:
         """The vectors on the way to a result."""
-        if not self.found.steps or not isinstance(last, Turn):
+        if not self.found.steps:
             return []
         up = self.graph.upstream(last.results, last.point)
         return [step for step in self.found.steps if up.issuperset(step.results)]
 
-    def _choose_steps(self, last: Calculation, steps: list[Turn]) -> None:
+    def _choose_steps(self, last: Turn, steps: list[Turn]) -> None:
         """Take vectors on the way as results in place of what only follows from them, as a mean does."""
-        new: list[Calculation] = [step for step in steps if step not in self.live]
+        new: list[Turn] = [step for step in steps if step not in self.live]
         self.live = [c for c in self.live if c is not last] + new
-        self.found.calculations = [c for c in self.found.calculations if c is not last] + new
+        self.found.calculations = [*(c for c in self.found.calculations if c is not last), *new]
         self.found.beside.append(last.results)
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
 
@@ -105,11 +96,11 @@ class Judge(Sampled):
                 self._choose_steps(last, steps)
                 yield from chain.from_iterable(map(self._repaired, steps))
 
-    def prepare(self, calculations: Iterable[Calculation]) -> None:
+    def prepare(self, calculations: Iterable[Turn]) -> None:
         for calculation in calculations:
             calculation.prepare({p: self.now(p) for p in calculation.read}, self.units)
 
-    def _unlike_the_task(self, calculation: Calculation) -> Iterator[Fault]:
+    def _unlike_the_task(self, calculation: Turn) -> Iterator[Fault]:
         """Yield the faults of inputs that are not the numbers that the task gives."""
         for name, other in (("angles", "wrong angle"), ("point", "wrong point"), ("origin", "wrong point")):
             asked = getattr(self.found.task, name) or ()
@@ -122,37 +113,22 @@ class Judge(Sampled):
                     text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
                     yield self.fault(place, cause, text, UNLIKE_TASK)
 
-    def _repaired(self, calculation: Calculation) -> list[Fault]:
+    def _repaired(self, calculation: Turn) -> list[Fault]:
         """Put in the right things, one after the other, until the results are right; return what was wrong."""
         faults: list[Fault] = []
-        after = self.graph.downstream(calculation.targets) if self.chained else set()
-        later = [c for c in self.chained if c is not calculation and not after.isdisjoint(c.given)]
         while bad := self.bad(calculation.targets):
-            if len(self.unexplained) >= UNEXPLAINED:
-                self.unexplained.append(calculation)
-                break
             near = self.graph.downstream(self.graph.upstream(bad))
             targets = {p: t for p, t in self.targets.items() if p in near}
-            targets = {p: t for p, t in targets.items() if not any(p in c.targets for c in later)}
             missed = {p: targets.pop(p) for p in self.bad(targets) if p not in calculation.targets}
-            found = self.where.earliest(calculation, targets, bad, missed)
-            strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
-            if found is None and not isinstance(calculation, Words):
-                self.unexplained.append(calculation)
-            elif found is None and isinstance(calculation, Words):
-                if strange or not calculation.is_wrong(self.now):
-                    self.unsure.update(bad)  # right at these inputs; it may not be made for other tool axes
-                else:
-                    place = min(bad, key=self.graph.calculation_order)
-                    text = "no single change makes the result what is asked for"
-                    faults.append(self.fault(place, "wrong value", text, UNLIKE))
-                    self.put({p: targets[p] for p in bad})
+            hopeless = len(self.unexplained) >= UNEXPLAINED
+            found = None if hopeless else self.where.earliest(calculation, targets, bad, missed)
             if found is None:
+                self.unexplained.append(calculation)
                 break
             self.put(found[0])
             faults += found[1]
-            self.prepare(later)
-            self.targets.update(chain.from_iterable(c.targets.items() for c in later))
+            self.prepare(self.live)  # some may turn what others give
+            self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         return _one_convention(faults)
 
     def typed_number(self, place: Place, tree: Tree | None = None) -> Fault:

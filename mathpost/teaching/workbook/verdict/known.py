@@ -33,7 +33,7 @@ class Known:
 
     def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
-        self.turns = [c for c in judge.live if isinstance(c, Turn)]
+        self.turns = judge.live
         points, results = self._ends()
         pairs = [*zip(points, results, strict=True)]
         for turn in (turn for turn in self.turns if turn.axis and turn.point):

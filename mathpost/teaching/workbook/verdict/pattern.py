@@ -21,16 +21,15 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.report import Fault
     from mathpost.teaching.workbook.sheet.place import Place
     from mathpost.teaching.workbook.verdict.judge import Judge
-    from mathpost.teaching.workbook.verdict.known import Known
 
 UNLIKE_AROUND = "the formulas around it go on in a different way"
 
 
 class Pattern:
-    """What the cells around each cell say, by a `Judge` and what is `Known`."""
+    """What the cells around each cell say, by a `Judge`."""
 
-    def __init__(self, judge: Judge, known: Known) -> None:
-        self.judge, self.graph, self.known = judge, judge.graph, known
+    def __init__(self, judge: Judge) -> None:
+        self.judge, self.graph = judge, judge.graph
         self.still = {p for window in judge.found.windows for p in window} | judge.inputs.keys()
 
     @cached_property

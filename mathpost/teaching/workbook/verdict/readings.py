@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mathpost import euler
-from mathpost.teaching.workbook.meaning.calculation import Calculation, Turn
+from mathpost.teaching.workbook.meaning.calculation import Turn
 from mathpost.teaching.workbook.meaning.texts import PASSIVE, SAID_ACTIVE
 from mathpost.teaching.workbook.meaning.vocabulary import wording
 from mathpost.teaching.workbook.sheet.samples import same
@@ -33,7 +33,7 @@ class Readings:
 
     def read_the_headings(self) -> None:
         """Take a result the other way where its heading says so and it is that, beside one that is as asked."""
-        turns = [c for c in self.judge.live if isinstance(c, Turn)]
+        turns = self.judge.live
         off = [turn for turn in turns if len(self.judge.bad(turn.targets)) > 1]
         for turn in off if len(off) < len(turns) else ():
             heading = self.found.heading(turn.results)
@@ -62,7 +62,7 @@ class Readings:
         as_asked = self.found.sequence, "active" if self.found.active else "passive"
         return None if reading == as_asked else reading
 
-    def of_another_convention(self, unexplained: Sequence[Calculation]) -> list[Fault]:
+    def of_another_convention(self, unexplained: Sequence[Turn]) -> list[Fault]:
         """Return the faults of results without a repair if all are of another convention than the task's."""
         every = _all_of(euler.SEQUENCES) if self.found.by == "the task" else []
         other = self._other(unexplained, every)
@@ -78,7 +78,7 @@ class Readings:
         other = self._other(self.judge.live, also) if also else None
         if other is None:
             return False
-        turns = [c for c in self.judge.live if isinstance(c, Turn)]
+        turns = self.judge.live
         for turn in turns:
             turn.said = f"right as {' '.join(other)}; the text may mean {' '.join(said)}"
         self.judge.targets |= {p: t for turn in turns for p, t in turn.targets.items()}
@@ -91,7 +91,7 @@ class Readings:
         if found.task.convention or found.task.sequence:
             return False
         windows = {_name(t): w for w in found.windows if len(w) == 9 for t in found.texts(w[0])[:1]}
-        turns = [c for c in judge.live if isinstance(c, Turn) and c.point and not (c.origin or c.shift)]
+        turns = [c for c in judge.live if c.point and not (c.origin or c.shift)]
         for formula in PRODUCT.finditer(found.text) if turns else ():
             factors = FACTOR.findall(formula[1])
             if {_name(name) for name, _ in factors} <= windows.keys():
@@ -104,9 +104,9 @@ class Readings:
                 return len(turns) == len(judge.live) and all(map(same, made, own))
         return False
 
-    def _other(self, calculations: Sequence[Calculation], readings: Iterable[Reading]) -> tuple[str, str] | None:
+    def _other(self, calculations: Sequence[Turn], readings: Iterable[Reading]) -> tuple[str, str] | None:
         """The sequence and convention, of some, that all results are of, or None; rotations are left as these."""
-        turns = [c for c in calculations if isinstance(c, Turn) and not c.axis]
+        turns = [c for c in calculations if not c.axis]
         for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
             for turn in turns:
                 turn.sequence, turn.active = sequence, active != turn.back
@@ -115,7 +115,7 @@ class Readings:
         self.judge.prepare(turns)
         return None
 
-    def _is_met(self, calculation: Calculation) -> bool:
+    def _is_met(self, calculation: Turn) -> bool:
         self.judge.prepare([calculation])
         return self.judge.met(calculation.targets)
 

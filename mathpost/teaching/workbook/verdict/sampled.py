@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.rotation import wrap
 from mathpost.teaching.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.teaching.workbook.meaning.label import IN_RADIANS
 from mathpost.teaching.workbook.sheet.evaluate import COMPARISONS
@@ -33,7 +32,7 @@ NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi /
 class Sampled:
     """The values of all cells, for samples of the inputs of the calculations that are `live`.
 
-    `units` has the radians of 1 of an angle, `periods` after how much a result is the same again, `fixed` what was
+    `units` has the radians of 1 of an angle, `fixed` what was
     put in where.
     """
 
@@ -42,8 +41,7 @@ class Sampled:
         self.inputs: Values = {}
         self.units: dict[Place, float] = {}
         self.fixed: Values = {}
-        self.live: list[Any] = [c for c in found.calculations if not c.typed]
-        self.periods = {p: period for c in self.live for p, period in c.periods.items()}
+        self.live = [c for c in found.calculations if isinstance(c, Turn)]
         base = graph.run({})
         for angles in dict.fromkeys(c.angles for c in (*self.live, *found.steps)):
             self._set_units(angles, base)
@@ -61,8 +59,6 @@ class Sampled:
                 where = f"{self.graph.book.path}, {self.graph.address(place)}"
                 raise InputError(where, "a number", repr(self.graph.cells.get(place, EMPTY).value))
             numbers[0] = self.graph.own[place]
-        for calculation in self.live:
-            calculation.unround(self.inputs)
         self.values = self.run_with()
 
     def _wide(self) -> float:
@@ -117,13 +113,9 @@ class Sampled:
         return [place for place, target in targets.items() if not self.met({place: target})]
 
     def met(self, targets: Values, values: Mapping[Place, np.ndarray] | None = None) -> bool:
-        """Whether all targets are met, now or with other values; those of `periods` but for whole turns."""
-        for place, target in targets.items():
-            now = values[place] if values and place in values else self.now(place)
-            period = self.periods.get(place)
-            if not same(target + wrap(now - target, period) if period else now, target):
-                return False
-        return True
+        """Whether all targets are met, now or with other values."""
+        put = values or {}
+        return all(same(put[p] if p in put else self.now(p), target) for p, target in targets.items())
 
     def run_with(self, more: Values | tuple[()] = (), only: Collection[Place] | None = None) -> Values:
         """The values with all that was put in, and `more`."""

@@ -44,7 +44,7 @@ class Scope:
         typed |= alone
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         explained = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
-        rest = set(places) - (graph.upstream(explained, judge.inputs) - judge.inputs.keys()) | judge.unsure
+        rest = set(places) - (graph.upstream(explained, judge.inputs) - judge.inputs.keys())
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
         from_given, from_any = (graph.downstream(p - graph.trees.keys()) for p in (given, graph.cells.keys()))
         # The numbers of points, 1, 2, 3, copied beside what became of them.

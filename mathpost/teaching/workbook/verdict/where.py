@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from mathpost.teaching.workbook.meaning.calculation import Turn
-from mathpost.teaching.workbook.meaning.words import Words
 from mathpost.teaching.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, at_samples, same
 from mathpost.teaching.workbook.sheet.tree import CONVERSIONS, ROUNDING, exact, heads
@@ -22,7 +21,6 @@ from mathpost.teaching.workbook.verdict.sampled import as_window
 from mathpost.teaching.workbook.verdict.why import UNEXPLAINED
 
 if TYPE_CHECKING:
-    from mathpost.teaching.workbook.meaning.calculation import Calculation
     from mathpost.teaching.workbook.report import Fault
     from mathpost.teaching.workbook.sheet.place import Line, Place
     from mathpost.teaching.workbook.sheet.samples import Values
@@ -41,7 +39,7 @@ class Where:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
 
     def earliest(
-        self, calculation: Calculation, targets: Values, bad: list[Place], missed: Values
+        self, calculation: Turn, targets: Values, bad: list[Place], missed: Values
     ) -> tuple[Values, list[Fault]] | None:
         """The earliest repair: what it puts where, and its faults.
 
@@ -60,14 +58,12 @@ class Where:
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and not len(bad) == 1 < len(calculation.targets)):
             return None
-        if best[0] >= UNEXPLAINED and isinstance(calculation, Words) and not calculation.is_wrong(self.judge.now):
-            return None  # an arc sine of half the sphere
         mates = [q for p in best[2] for q in self.judge.graph.array(p)] if best[0] < UNEXPLAINED else ()
         put = {q: self.judge.targets[q] for q in mates if q in self.judge.targets} | best[2]
         return put, [replace(fault, rule=EARLIEST) for fault in best[3]]
 
     def _candidates(
-        self, calculation: Calculation, targets: Values, bad: list[Place]
+        self, calculation: Turn, targets: Values, bad: list[Place]
     ) -> Iterator[tuple[tuple, Line, Iterator[Values]]]:
         """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all."""
         graph, found, scope = self.graph, self.found, self.graph.upstream(bad)
@@ -107,12 +103,12 @@ class Where:
         }
         option = {p: self.judge.calculate(p, tree) for p, tree in exactly.items()}
         yield (97, (9,), 0), tuple(option), self._tried([option], targets, bad)
-        if isinstance(calculation, Turn):  # all matrices of the other convention
-            windows = (as_window(w, other).items() for w, (_, other) in self.judge.elements(calculation).items())
-            option = dict(chain.from_iterable(windows))
-            yield (98, (0,), 0), tuple(option), self._tried([option], targets, bad)
+        # All matrices of the other convention.
+        windows = (as_window(w, other).items() for w, (_, other) in self.judge.elements(calculation).items())
+        option = dict(chain.from_iterable(windows))
+        yield (98, (0,), 0), tuple(option), self._tried([option], targets, bad)
 
-    def lines(self, calculation: Calculation, scope: set[Place]) -> list[Line]:
+    def lines(self, calculation: Turn, scope: set[Place]) -> list[Line]:
         """Triples and quadruples of vector cells, the results among them."""
         vectors = self.found.vectors & scope
         lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
@@ -146,7 +142,7 @@ class Where:
 
     def _cell_options(
         self,
-        calculation: Calculation,
+        calculation: Turn,
         place: Place,
         targets: Values,
         bad: list[Place],
@@ -174,7 +170,7 @@ class Where:
         options = [wanted] if linear and steepest.max() > 1e-9 else self._plausible(calculation, place)
         yield from islice(self._tried(({place: value} for value in options), targets, bad), 1)
 
-    def _plausible(self, calculation: Calculation, place: Place) -> Iterator[np.ndarray]:
+    def _plausible(self, calculation: Turn, place: Place) -> Iterator[np.ndarray]:
         """Values to try in a cell on which results depend nonlinearly: an angle, a repaired formula."""
         if place in self.found.turning:
             for a in calculation.radians.T:
@@ -191,8 +187,7 @@ class Where:
                 yield value
             if len(seen) > 60:
                 break
-        if isinstance(calculation, Turn):
-            yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
+        yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
 
 
 def batched(options: Iterable[Each], size: int) -> Iterator[tuple[Each, ...]]:

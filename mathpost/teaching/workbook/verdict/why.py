@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.teaching.workbook.meaning.calculation import LARGEST_RADIANS, Turn
+from mathpost.teaching.workbook.meaning.calculation import Turn
 from mathpost.teaching.workbook.sheet.edits import INVERSE, repaired
 from mathpost.teaching.workbook.sheet.neighbours import as_around
 from mathpost.teaching.workbook.sheet.place import beside
@@ -15,7 +15,6 @@ from mathpost.teaching.workbook.sheet.samples import SAMPLES, same
 from mathpost.teaching.workbook.sheet.tree import areas, heads, text_of
 
 if TYPE_CHECKING:
-    from mathpost.teaching.workbook.meaning.calculation import Calculation
     from mathpost.teaching.workbook.report import Fault
     from mathpost.teaching.workbook.sheet.formula import Tree
     from mathpost.teaching.workbook.sheet.place import Line, Place
@@ -33,14 +32,14 @@ class Why:
     def __init__(self, judge: Judge) -> None:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
 
-    def explain(self, calculation: Calculation, unit: Line, option: Values) -> tuple[float, list[Fault]]:
+    def explain(self, calculation: Turn, unit: Line, option: Values) -> tuple[float, list[Fault]]:
         """The cost of a repair, and its faults, the first one first."""
         graph, faults, done, cost = self.graph, [], set(), 0.0
         in_window = unit in self.found.windows
         places = sorted(option, key=graph.reading_order if in_window else graph.calculation_order)
         if in_window and self.found.typed.issuperset(places):  # a typed matrix: what is wrong by its number first
             places.sort(key=lambda p: graph.value(p) is not None and abs(option[p][0] - graph.value(p)) < 1e-9)
-        elements = self.judge.elements(calculation) if isinstance(calculation, Turn) else {}
+        elements = self.judge.elements(calculation)
         is_block = len(unit) in SIZES and unit not in elements and (in_window or len(places) > 1)
         block = self.of_the_block(calculation, unit, option) if is_block else None
         for place in places:
@@ -65,7 +64,7 @@ class Why:
                 cost += UNLIKELY  # it may be right as it is, alone or in a matrix, or what follows from it may be
         return cost, faults
 
-    def _spoils(self, calculation: Calculation, option: Values) -> bool:
+    def _spoils(self, calculation: Turn, option: Values) -> bool:
         """Whether a repair changes a cell on the way to the results whose present value may be right."""
         after = self.graph.downstream(option) - option.keys() - self.judge.targets.keys()
         right = [
@@ -74,7 +73,7 @@ class Why:
         values = self.judge.values_with(option) if right else {}
         return any(not same(values[p], self.judge.now(p)) for p in right)
 
-    def _cause(self, calculation: Calculation, wanted: Values) -> tuple[str, str, float]:
+    def _cause(self, calculation: Turn, wanted: Values) -> tuple[str, str, float]:
         """Cause, sentence and cost of one wrong cell, or of an array formula."""
         graph, (place, value) = self.graph, next(iter(wanted.items()))
         cell, short = graph.cells.get(place), self._named([*wanted])
@@ -90,11 +89,8 @@ class Why:
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
         tree = graph.trees[place]
-        period = self.judge.periods.get(place)
         lines = filter(None, (calculation.point, calculation.origin, *self.found.windows))
-        if calculation.periods and place in self.found.turning:  # a word on the way, in radians or in degrees
-            period = period or (2 * np.pi if np.abs(value).max() < LARGEST_RADIANS else 360.0)
-        if found := repaired(graph, wanted, self.judge.values, calculation.given, [*lines], period):
+        if found := repaired(graph, wanted, self.judge.values, calculation.given, [*lines]):
             cause, sentence, other = found
             plain = tree[0] in ("+", "-") or (heads(tree).isdisjoint({"minus", *INVERSE}) and tree[0] != "area")
             odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
@@ -122,7 +118,7 @@ class Why:
             return "wrong angle"
         return "wrong point" if {old.places[0], new.places[0]} <= self.found.lengths else "wrong reference"
 
-    def of_the_block(self, calculation: Calculation, unit: Line, option: Values) -> tuple[str, str, float] | None:
+    def of_the_block(self, calculation: Turn, unit: Line, option: Values) -> tuple[str, str, float] | None:
         """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
         size, square = SIZES[len(unit)], len(unit) > 4
 
