@@ -313,6 +313,49 @@ def test_a_guard_that_a_hand_in_does_without_is_told(saved):
     assert compared(saved, GUARD, {**GUARD, "B3": "=IF(B2=0,1,B1/B2)"}).verdict == "wrong"
 
 
+TAX = {"A1": "tax", "B1": 0.19, "A3": "item", "B3": "price", "C3": "with tax", "A13": "total",
+       "B13": "=SUM(C4:C11)", **{f"A{n}": f"item {n}" for n in range(4, 12)},
+       **{f"B{n}": 3.5 + 1.7 * n for n in range(4, 12)},
+       **{f"C{n}": f"=B{n}*(1+$B$1)" for n in range(4, 12)}}  # fmt: skip
+
+
+def test_a_reference_that_drifts_into_a_heading_is_told_where_it_begins(saved):
+    report = compared(saved, TAX, {**TAX, **{f"C{n}": f"=B{n}*(1+B{n - 3})" for n in range(4, 12)}})
+    assert [(fault.cell, fault.cause) for fault in report.faults] == [("Sheet!C5", "wrong reference")]
+    assert "B1 should be $B$1" in report.faults[0].message
+
+
+@pytest.mark.parametrize(
+    "content, said", [("=1.5*B1-2*B2^2/3", "3 should be 4"), ("=1.5*B1+2*B2^2/4", "+"), ("=1.5*B1-2*B2/4", "B2^2")]
+)
+def test_what_differs_in_the_formula_is_the_cause(saved, content, said):
+    right = {
+        "A1": "x",
+        "B1": 2.5,
+        "A2": "y",
+        "B2": 1.25,
+        "A3": "step",
+        "B3": "=1.5*B1-2*B2^2/4",
+        "A4": "end",
+        "B4": "=B3*7",
+    }
+    report = compared(saved, right, {**right, "B3": content})
+    assert report.faults[0].cell == "Sheet!B3" and said in report.faults[0].message
+
+
+STOPS = {f"A{n}": "xyxzyx"[n - 2] for n in range(2, 8)} | {f"B{n}": 20.5 + 13 * n for n in range(2, 8)}
+STOPS |= {"D1": "x", "E1": "=SUMIF(A2:A7,D1,B2:B7)", "D2": "y", "E2": '=AVERAGEIF(A2:A7,"y",B2:B7)'}
+
+
+@pytest.mark.parametrize(
+    "cell, content, verdict",
+    [("E1", '=SUMIFS(B2:B7,A2:A7,"X")', "right"), ("E1", "=SUMIF(A2:A6,D1,B2:B6)", "wrong"),
+     ("E2", '=SUMIF(A2:A7,D2,B2:B7)/COUNTIF(A2:A7,"y")', "right"), ("E2", "=SUMIF(A2:A7,D2,B2:B7)/3", "wrong")],
+)  # fmt: skip
+def test_totals_by_criteria(saved, cell, content, verdict):
+    assert compared(saved, STOPS, {**STOPS, cell: content}).verdict == verdict
+
+
 def test_one_text_of_a_column_is_missed(saved):
     column = {"A1": "x", "B1": "sign"} | {f"A{n}": float(n) - 5.5 for n in range(2, 12)}
     right = column | {f"B{n}": f'=IF(A{n}>0,"plus","minus")' for n in range(2, 12)}
@@ -321,9 +364,9 @@ def test_one_text_of_a_column_is_missed(saved):
 
 
 def test_a_function_that_is_not_known_leaves_its_result_open(saved):
-    right = {**FEED, "A9": "many", "B9": '=COUNTIF(B1:B4,">5")'}
+    right = {**FEED, "A9": "many", "B9": "=PERCENTRANK(B1:B4,B2)"}
     report = compared(saved, right, right)
-    assert report.verdict == "not judged" and "COUNTIF is not known here" in "\n".join(report.seen)
+    assert report.verdict == "not judged" and "PERCENTRANK is not known here" in "\n".join(report.seen)
     assert compared(saved, right, {**right, "B7": "=B6*B3/B4"}).faults[0].cell == "Sheet!B7"
     assert compared(saved, right, right, results=["B7"]).verdict == "right"  # the teacher asks for no more
 

@@ -23,6 +23,7 @@ from mathpost.teaching.workbook.reference.forks import (
     BRANCHING,
     EQUALITIES,
     EXTREMES,
+    LOOKUPS,
     SELECTED,
     Fork,
     Missing,
@@ -31,7 +32,7 @@ from mathpost.teaching.workbook.reference.forks import (
 )
 from mathpost.teaching.workbook.reference.inputs import runs
 from mathpost.teaching.workbook.reference.quantities import AGREE, NOTHING, Dictionary, Sheet
-from mathpost.teaching.workbook.sheet.place import Line, Place
+from mathpost.teaching.workbook.sheet.place import Line, Place, offset
 from mathpost.teaching.workbook.sheet.samples import Values, at_samples
 from mathpost.teaching.workbook.sheet.tree import heads
 
@@ -176,8 +177,11 @@ class Search:
         upstream = sheet.upstream(sheet.used_by(fork.tree))
         first: set[Place] = set()
         cells = [place for part in fork.tree[1:] if part[0] == "area" for place in part[1].places]
-        if fork.tree[0] in EXTREMES and missing.way is not None and missing.way < len(cells):
+        if fork.tree[0] in EXTREMES and missing.way is not None and max(missing.way, missing.seen) < len(cells):
             first = sheet.upstream([cells[int(missing.way)]]) - sheet.upstream([cells[int(missing.seen)]])
+
+        if fork.tree[0] in LOOKUPS:
+            first = sheet.upstream(sheet.used_by(fork.tree[1]))
 
         def own(places: Iterable[Place]) -> list[Place]:
             return [p for p in given if p in places] if sheet is self.ours else [p for c in back if c in places
@@ -253,10 +257,28 @@ class Search:
         """Where a result that depends on a way is a number in the reference."""
         sheet = missing.fork.sheet
         after = sheet.downstream([missing.fork.place])
-        fine = np.zeros(1, bool)
+        fine = np.zeros(way.count, bool)
         for result, cell in self.found.items():
             if (result if sheet is self.ours else cell) in after:
-                fine = fine | np.isfinite(way.ours[result])
+                fine |= np.isfinite(way.ours[result])
+        for place, values in way.given.items():
+            fine &= self._keeps_order(place, values)
+        return fine
+
+    def _keeps_order(self, place: Place, values: np.ndarray) -> np.ndarray:
+        """Where an input in a table is still more or less than those in its row or column, as it was given.
+
+        An upper deviation is above the lower one, and the keys of a table rise.
+        """
+        numbers = {p: at_samples(v)[FROM] for p, v in self.comparison.given.items()}
+        fine = np.ones(len(values), bool)
+        for line in self._lists:
+            if place in line:
+                along = (0, 1) if line[0][2] == line[1][2] else (1, 0)
+                for sign in (1, -1):
+                    near = offset(place, sign * along[0], sign * along[1])
+                    if near in numbers and any(near in other for other in self._lists):
+                        fine &= np.sign(values - numbers[near]) == np.sign(numbers[place] - numbers[near])
         return fine
 
     def _told(self, missing: Missing, way: Way) -> list[Telling]:

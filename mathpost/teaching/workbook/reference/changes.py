@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
 from mathpost.teaching.workbook.reference.quantities import agree
 from mathpost.teaching.workbook.reference.results import Comparison
-from mathpost.teaching.workbook.reference.unlike import Unlike
 from mathpost.teaching.workbook.sheet.edits import ROUGHLY, edits, said
 from mathpost.teaching.workbook.sheet.formula import Area, Tree
 from mathpost.teaching.workbook.sheet.neighbours import filled
@@ -18,7 +17,7 @@ from mathpost.teaching.workbook.sheet.place import Place, beside
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, Values, at, at_samples
 from mathpost.teaching.workbook.sheet.tree import ROUNDING, areas, exact, parts_of, put, text_of, walk, with_areas
 
-MANY, MOST_EDITS = 30, 1000
+MANY, MOST_EDITS, MOST_USUAL = 30, 1000, 200
 MOST_CELLS = 60  # on the way to a result, the last before it
 SCALES = (2.0, np.pi, 4.0, 10.0, 60.0, 100.0, 180.0, 360.0, 1000.0, 3600.0, 25.4, np.pi / 180)
 IN_UNITS = {
@@ -34,13 +33,24 @@ class Change:
 
     place: Place
     cause: str
-    message: str
+    text: str
     tree: Tree | None
     values: Values  # of the cell, and of those to which it was filled
     kind: int = 0  # how telling it is, 0 the most
+    parts: tuple[Tree, Tree] | None = None  # what is there and what should be, if that is what is to be said
+
+    @property
+    def message(self) -> str:
+        """The change in words."""
+        return in_words(self.place, *self.parts) if self.parts else self.text
 
 
-def edited(comparison: Comparison, alike: Sequence[Place], own: np.ndarray, wanted: Values) -> Iterator[Change]:
+Edits = Callable[[Comparison, Place, np.ndarray, Values], Iterator[tuple[str, Tree, Tree, Tree]]]
+
+
+def edited(
+    comparison: Comparison, alike: Sequence[Place], own: np.ndarray, wanted: Values, some: Edits
+) -> Iterator[Change]:
     """Yield the formula of a cell with one change, those that somebody may have meant; filled to those alike."""
     sheet, place = comparison.handed_in, alike[0]
     if place not in sheet.trees:
@@ -50,7 +60,10 @@ def edited(comparison: Comparison, alike: Sequence[Place], own: np.ndarray, want
     held = sheet.parts_at(tree, comparison.theirs)
     after, seen = sheet.downstream(alike), set()
     most = MOST_EDITS if len(alike) < MANY else MOST_EDITS // 5
-    for cause, old, new, whole in islice(all_edits(comparison, place, own, wanted), most):
+    for cause, old, new, whole in islice(some(comparison, place, own, wanted), most):
+        comparison.tries -= len(alike)
+        if comparison.tries < 0:
+            return
         if whole in seen or not after.isdisjoint(sheet.used_by(whole)):
             continue
         seen.add(whole)
@@ -62,11 +75,13 @@ def edited(comparison: Comparison, alike: Sequence[Place], own: np.ndarray, want
                 break
             values[other] = at_samples(sheet.cell(other, comparison.theirs, with_areas(whole, moved)))
         else:
-            yield Change(place, cause, in_words(place, old, new), whole, values)
+            yield Change(place, cause, "", whole, values, parts=(old, new))
 
 
 def in_words(place: Place, old: Tree, new: Tree) -> str:
     """A change of a part of a formula, in words."""
+    if old[0] == new[0] == "area" and old[1].places == new[1].places:
+        return f"{text_of(old, place[0])} should be {new[1].written()}"
     if old[0] == "number" and new == ("number", np.pi):
         return f"{old[1]:g} is typed for π"
     return said(place, old, new) + ": rounded in between" * (old[0] in ROUNDING)
@@ -89,22 +104,38 @@ def _as_beside(comparison: Comparison, place: Place) -> Iterator[Change]:
             )
 
 
+def unlike_edits(
+    comparison: Comparison, place: Place, own: np.ndarray, wanted: Values
+) -> Iterator[tuple[str, Tree, Tree, Tree]]:
+    """Yield (cause, part, what it should be, whole tree) as formulas of the reference have it."""
+    for old, new, whole in comparison.unlike.corrected(place):
+        if new[0] in TURNED.values() and new[1] == old:  # an angle may have to be turned in an earlier cell
+            continue
+        usual = islice(_usual_edits(comparison, place, own, wanted), MOST_USUAL)
+        known = (cause for cause, *_, other in usual if other == whole)
+        cells = old[0] == new[0] == "area"
+        yield next(known, "wrong reference" if cells else "wrong value"), old, new, whole
+
+
 def all_edits(
     comparison: Comparison, place: Place, own: np.ndarray, wanted: Values
 ) -> Iterator[tuple[str, Tree, Tree, Tree]]:
-    """Yield (cause, part, what it should be, whole tree): π, units, those of `sheet.edits`, numbers, squares."""
-    for old, new, whole in Unlike(comparison).corrected(place):
-        known = (c for c, *_, other in _usual_edits(comparison, place, own, wanted) if other == whole)
-        cells = old[0] == new[0] == "area"
-        yield next(known, "wrong reference" if cells else "wrong value"), old, new, whole
+    """Yield the same, then those that need no reference: π, units, those of `sheet.edits`, numbers, squares."""
+    yield from unlike_edits(comparison, place, own, wanted)
     yield from _usual_edits(comparison, place, own, wanted)
 
 
 def _usual_edits(
     comparison: Comparison, place: Place, own: np.ndarray, wanted: Values
 ) -> Iterator[tuple[str, Tree, Tree, Tree]]:
+    """Those that need no formula of the reference."""
     sheet = comparison.handed_in
     tree = sheet.trees[place]
+    new: Tree
+    for path, part in walk(tree):
+        for fixed in ((True, True), (True, False), (False, True)) if part[0] == "area" else ():
+            new = ("area", replace(part[1], fixed=fixed))
+            yield "wrong reference", part, new, put(tree, path, new)
     for part in parts_of(tree):
         if part[0] == "number" and (new := exact(part, ROUGHLY)) != part:
             yield "rounded early", part, new, exact(tree, ROUGHLY)

@@ -15,7 +15,7 @@ from mathpost.teaching.bounds import TooLarge, bounded
 from mathpost.teaching.workbook.reference.hand_in import HandIn
 from mathpost.teaching.workbook.reference.homework import Homework, homework_text
 from mathpost.teaching.workbook.reference.inputs import Matched
-from mathpost.teaching.workbook.reference.quantities import Sheet, agree
+from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet, agree
 from mathpost.teaching.workbook.reference.results import Comparison
 from mathpost.teaching.workbook.report import (
     TOO_LARGE,
@@ -26,6 +26,7 @@ from mathpost.teaching.workbook.report import (
 from mathpost.teaching.workbook.sheet.file import read
 from mathpost.teaching.workbook.sheet.place import Place
 from mathpost.teaching.workbook.sheet.samples import at_samples
+from mathpost.teaching.workbook.sheet.tree import heads
 
 
 class Reference:
@@ -97,13 +98,20 @@ class Reference:
         return list(dict.fromkeys(place for area in areas for place in area.places))
 
     def _controls(self, ends: Sequence[Place]) -> set[Place]:
-        """The formulas that give the same whatever the inputs are, as the difference of two equal lengths does."""
+        """The formulas that give the same whatever the inputs are, or an input again, and the numbers of rows."""
         sheet, before = self.sheet, self.sheet.upstream(ends)
         inputs = {p: [p] for p in sheet.numbers_typed if p in before}
-        ours = Comparison(sheet, ends, sheet, Matched(inputs)).ours if inputs else {}
+        compared = Comparison(sheet, ends, sheet, Matched(inputs)) if inputs else None
+        ours = compared.ours if compared else {}
         values = {p: at_samples(ours[p]) for p in ends if p in ours and p not in sheet.shown}
-        same = [p for p, v in values.items() if np.isfinite(v).all() and agree(v, np.full_like(v, v[0]))]
-        return {p for p in same if not inputs.keys().isdisjoint(sheet.upstream([p]))}
+        given = Dictionary(compared.given.items() if compared else ())
+        same = [
+            p for p, v in values.items() if v in given or (np.isfinite(v).all() and agree(v, np.full_like(v, v[0])))
+        ]
+        counts = {
+            p for p in ends if heads(sheet.tree(p)) & {"ROW", "COLUMN"} and inputs.keys().isdisjoint(sheet.uses[p])
+        }
+        return {p for p in same if not inputs.keys().isdisjoint(sheet.upstream([p]))} | counts
 
     @cached_property
     def digest(self) -> str:

@@ -141,7 +141,7 @@ class Fork:
         """What was compared, where only one way is taken."""
         head, *parts = self.tree
         tree = text_of(self.tree, self.place[0])
-        if head in COMPARISONS:
+        if head in COMPARISONS and np.isfinite(way):
             left, right = (text_of(part, self.place[0]) for part in parts)
             sign = ("≠", "=")[int(way)] if head in EQUALITIES else {-1: "<", 0: "=", 1: ">"}[int(way)]
             return f"only the branch {left} {sign} {right}"

@@ -5,7 +5,6 @@ Each takes arrays of shape (samples, rows, columns), as in `sheet.evaluate`, and
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable
 
 import numpy as np
@@ -150,9 +149,36 @@ MORE: dict[str, Callable[..., np.ndarray]] = {
 }
 
 
-def _text(text: str) -> np.ndarray:
-    """A number that stands for a text, in any case the same: so a choice of texts is a function, too."""
-    return ONE * (1 + zlib.crc32(text.strip().casefold().encode()) / 2**32)
+def _quantile(of_t: bool, two_sided: bool) -> Callable[..., np.ndarray]:
+    """Quantiles of Student's distribution or of the normal one."""
+
+    def quantile(share: np.ndarray, freedom: np.ndarray = ONE) -> np.ndarray:
+        from scipy.special import ndtri, stdtrit  # it takes a while, and few need it
+
+        share = 1 - share / 2 if two_sided else share
+        return stdtrit(freedom, share) if of_t else ndtri(share)
+
+    return quantile
 
 
-FUNCTIONS = {**evaluate.FUNCTIONS, **MORE, "text": _text}
+MORE |= {
+    **dict.fromkeys(("TINV", "T.INV.2T"), _quantile(of_t=True, two_sided=True)),
+    "T.INV": _quantile(of_t=True, two_sided=False),
+    **dict.fromkeys(("NORMSINV", "NORM.S.INV"), _quantile(of_t=False, two_sided=False)),
+    "NPV": lambda rate, *values: _present(rate, *values),
+    **{"EVEN": lambda x: np.sign(x) * np.ceil(np.abs(x) / 2) * 2},
+    **{"ODD": lambda x: np.where(x < 0, -1, 1) * (np.ceil((np.abs(x) + 1) / 2) * 2 - 1)},
+    "AVEDEV": lambda x: np.abs(x - x.mean(axis=(1, 2), keepdims=True)).mean(axis=(1, 2), keepdims=True),
+    "GEOMEAN": lambda x: np.exp(np.log(x).mean(axis=(1, 2), keepdims=True)),
+}
+
+
+def _present(rate: np.ndarray, *values: np.ndarray) -> np.ndarray:
+    """NPV: what payments at the ends of periods are worth now."""
+    samples = max(map(len, (rate, *values)))
+    paid = np.hstack([_flat(value, samples) for value in values])
+    growth = (1 + rate[:, :, 0]) ** np.arange(1, paid.shape[1] + 1)
+    return (paid / growth).sum(axis=1)[:, None, None]
+
+
+FUNCTIONS = {**evaluate.FUNCTIONS, **MORE, "text": lambda text: ONE * evaluate.code(text)}

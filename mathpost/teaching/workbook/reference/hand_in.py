@@ -12,9 +12,9 @@ import numpy as np
 from mathpost.teaching.workbook.reference.branches import Search, Telling
 from mathpost.teaching.workbook.reference.forks import not_compared
 from mathpost.teaching.workbook.reference.inputs import different, match
-from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet
+from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet, agree
 from mathpost.teaching.workbook.reference.results import Comparison
-from mathpost.teaching.workbook.reference.where import Change, edited, first_wrong, repair
+from mathpost.teaching.workbook.reference.where import Change, all_edits, edited, first_wrong, repair
 from mathpost.teaching.workbook.report import (
     CONSEQUENCE,
     RIGHT,
@@ -32,7 +32,8 @@ from mathpost.teaching.workbook.sheet.tree import text_of
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.reference.check import Reference
 
-MOST_FAULTS = 6
+UNITS_APART = {-9, -6, -5, -3, 3, 5, 6, 9}  # powers of ten
+MOST_FAULTS, MOST_ENDS = 6, 4
 TELLING = 3  # digits of a number that is not the same as a different one by luck
 SEVERAL = 3  # inputs that are as given, of which one that is not may be a mistake
 BY_NUMBER = "compared as a number, and no more than that: it depends on no input that was found"
@@ -110,6 +111,10 @@ class HandIn:
         ]
         ready.sort(key=lambda each: (each[0] not in comparison.sure, order(each[1][0])))
         for result, cells in ready:
+            others = cells[:1] if result in comparison.sure else [*cells, *comparison.ends]
+            if said := next(filter(None, (self._in_another_unit(result, cell) for cell in others)), ""):
+                self.open += [said] * (said not in self.open)
+                continue
             for cell in cells[: 1 if result in comparison.sure else None]:
                 if not self.sheet.unknown.isdisjoint(self.sheet.upstream([cell])):
                     continue
@@ -126,8 +131,25 @@ class HandIn:
         """Whether some of its inputs may be others: then only a usual slip is a fault."""
         return not self.ours.upstream([result]).isdisjoint(self.matched.weak)
 
+    def _in_another_unit(self, result: Place, cell: Place) -> str:
+        """What to ask of a cell that is a result times 10, 100, 1000 …, if it has a label of its own."""
+        theirs = at_samples(self.comparison.theirs.get(cell, np.full(1, np.nan)))
+        ours = at_samples(self.comparison.ours[result])
+        ratio = theirs / ours
+        if (
+            self.sheet.labels.get(cell) == self.ours.labels.get(result)
+            or not np.isfinite(ratio).all()
+            or not ratio[0]
+        ):
+            return ""
+        power = round(float(np.log10(abs(ratio[0]))))
+        if power not in UNITS_APART or not agree(ratio, np.full_like(ratio, 10.0**power)):
+            return ""
+        there = f"{self.ours.address(result)} of the reference"
+        return f"{self.sheet.address(cell)} is {10.0**power:g} times {there}: in another unit?"
+
     def _judged(self, result: Place) -> bool:
-        """Whether all inputs of a result were found, nothing on the way is unknown, and texts have its words."""
+        """Whether the inputs of a result are known, nothing on the way is unknown, and texts have its words."""
         before = self.ours.upstream([result])
         cells = self.comparison.candidates.get(result, [])
         unknown = self.sheet.unknown & self.sheet.upstream(cells[:1])
@@ -139,11 +161,18 @@ class HandIn:
         """A cell that should be a result, is not, and no single change makes it so."""
         ours, name = self.ours, self.ours.label(result)
         cell = self._source(cell)
+        before = sorted(self.sheet.upstream([cell]) & self.sheet.trees.keys(), key=self.sheet.calculation_order)
+        unlike = [p for p in before if self._is_not_what_its_label_says(p)]
+        if unlike:
+            cell, result = unlike[0], self.comparison.meant[unlike[0]]
+            name = ours.label(result)
+        filled = [p for p in unlike[1:] if self.sheet.relative(p) == self.sheet.relative(cell) is not None]
         text = (
             f"{self.sheet.short(cell)} is not {ours.address(result)} of the reference{f' ({name})' if name else ''}"
         )
         more = "no single change of one cell makes it so"
         values = {cell: at_samples(self.comparison.ours[result])}
+        values |= {p: at_samples(self.comparison.ours[self.comparison.meant[p]]) for p in filled}
         typed = [p for p in self.sheet.upstream([cell]) & self.sheet.numbers_typed.keys() - self.matched.back.keys()
                  if np.full(1, self.sheet.numbers_typed[p]) not in self.comparison.known]  # fmt: skip
         typed = [p for p in typed if p != cell and len(f"{self.sheet.numbers_typed[p]:.10g}") > TELLING]
@@ -157,6 +186,10 @@ class HandIn:
                 {**values, typed[0]: np.full(1, np.nan)},
             )
         return Change(cell, "wrong value", f"{text}, and {more}", None, values)
+
+    def _is_not_what_its_label_says(self, cell: Place) -> bool:
+        meant = self.comparison.meant.get(cell)
+        return meant in self.comparison.ours and not self.comparison.same(meant, cell)
 
     def _source(self, cell: Place) -> Place:
         """The formula of which a cell is but a copy."""
@@ -176,11 +209,11 @@ class HandIn:
         text = change.message
         if array:
             text = f"{sheet.short(place)}, of the array {sheet.range(sorted(sheet.array(place)))}: {text}"
-        changed = [p for p in alike if before[p] != text_of(sheet.trees[p])]
-        first = min([place, *(p for p in changed if p not in known)], key=sheet.reading_order)
+        changed = [p for p in [place, *alike] if p not in known and before.get(p) != text_of(sheet.tree(p))]
+        first = min(changed, key=sheet.reading_order, default=place)
         if first != place:
             text = f"as in {sheet.short(place)}: {text}"
-        if others := [each for each in alike if each != first]:
+        if others := [each for each in alike if each != first and each not in sheet.array(place)]:
             text += f"; the same in {', '.join(sheet.ranges(others))}"
         self.faults.append(Fault(sheet.address(first), change.cause, text, first))
 
@@ -201,10 +234,16 @@ class HandIn:
         ends = [self._source(p) for p in comparison.ends]
         ends = [p for p in ends if p not in sheet.part and comparison.theirs[p] not in comparison.known]
         for end in ends[:MOST_FAULTS] if gone else ():
-            for change in edited(comparison, [end], at_samples(comparison.theirs[end]), {}):
+            for change in edited(comparison, [end], at_samples(comparison.theirs[end]), {}, all_edits):
                 if steps.find(change.values[end]):
                     self._add(change)
                     return
+        for end in ends[:MOST_ENDS] if comparison.found else ():
+            near = comparison.nearest(end, gone)
+            changes = (first_wrong(comparison, step, end) for step in near[:MOST_ENDS])
+            if explained := next((each for each in changes if each and each.tree), None):
+                self._add(explained)
+                return
 
     def _is_typed(self, number: float, result: Place) -> bool:
         """Whether a number is what a result is at the hand-in's own inputs, with fewer digits."""

@@ -22,11 +22,13 @@ from mathpost.teaching.workbook.reference.quantities import (
     plain,
     sampled,
 )
+from mathpost.teaching.workbook.reference.unlike import Unlike
 from mathpost.teaching.workbook.sheet.place import Place, number_along
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, Values, at_samples
 
 REACHES = (0.25, 0.05, 0.01)  # relative: how far the samples are from the numbers of the sheets
 FUZZY = 0.5  # likeness of labels of which one may name the other's quantity
+MOST_TRIES = 16_000  # changes of a cell that are looked at in one hand-in
 MOST_TOLD = 4  # samples at which a result is told to differ
 MOST = 8  # cells that are tried in place of a result that is missing
 
@@ -50,6 +52,7 @@ class Comparison:
         own, other, factor = self.reference.numbers_typed, self.handed_in.numbers_typed, self.matched.factor
         numbers = {place: own[place] for place in self.matched.cells}
         theirs = {p: other[cells[0]] / factor.get(p, 1.0) for p, cells in self.matched.cells.items()}
+        self.tries = MOST_TRIES
         self.fixed: Values = {}  # cells of the hand-in that hold a number where something else belongs
         whole = {place for place, number in numbers.items() if number == int(number)}
         back, chosen = self.matched.back, selectors(self.handed_in)
@@ -60,8 +63,8 @@ class Comparison:
             self.ours = self.reference.run(self.given)
             if all(np.isfinite(self.ours[place]).all() for place in self.asked):
                 break
-        self.asked = [*self.asked, *(self._also_named() if self.steps_too else ())]
         self.run()
+        self.asked = [*self.asked, *(self._also_named() if self.steps_too else ())]
 
     def _also_named(self) -> list[Place]:
         """The steps of the reference that the hand-in has as results, by their whole labels."""
@@ -82,6 +85,7 @@ class Comparison:
                 and self.reference.trees.keys() >= {*places}
                 and len(cells) == len(places)
                 and ends >= {*cells}
+                and not any(map(self._is_another, cells))
             ):
                 named |= dict.fromkeys(places)
         return [p for p in named if p not in self.reference.messages and np.isfinite(self.ours[p]).all()]
@@ -95,7 +99,7 @@ class Comparison:
                 values[n] = sample.get(place, values[FROM])
         self.told = {**self.told, **{t.result: self.found[t.result] for t in telling if dict(t.given) in samples}}
         self.ours = self.reference.run(self.given)
-        for name in ("known", "steps", "known_cells"):
+        for name in ("known", "steps", "known_cells", "unlike"):
             self.__dict__.pop(name, None)
         self.run()
 
@@ -111,6 +115,11 @@ class Comparison:
         formulas = [p for p in self.handed_in.order if p not in self.handed_in.messages]
         self.index = Dictionary((p, self.theirs[p]) for p in formulas)
         self.ends = self.handed_in.ends()
+
+    @cached_property
+    def unlike(self) -> Unlike:
+        """The formulas of the hand-in beside those of the reference."""
+        return Unlike(self)
 
     @cached_property
     def known(self) -> Dictionary:
@@ -171,20 +180,19 @@ class Comparison:
         return next((cells for text in self._labels[result] if (cells := self._named.get(text))), [])
 
     @cached_property
-    def _quantities(self) -> dict[str, Place]:
-        """Label, with its unit and without → the one cell of the reference that it names."""
-        found: dict[str, list[Place]] = defaultdict(list)
-        for place, labels in self.reference.labels.items():
-            for text in texts_of(labels):
-                found[text].append(place)
-        return {text: places[0] for text, places in found.items() if text and len(places) == 1}
+    def meant(self) -> dict[Place, Place]:
+        """Cell of the hand-in → the cell of the reference with its label, or that place among those with it."""
+        here, there = (_by_label(sheet) for sheet in (self.reference, self.handed_in))
+        found: dict[Place, Place] = {}
+        for text, places in there.items():
+            if len(here.get(text, ())) == len(places):
+                found = {**dict(zip(places, here[text], strict=True)), **found}
+        return found
 
     def expected(self, cell: Place) -> np.ndarray | None:
-        """What the label of a cell of the hand-in says that it is, if only one of the reference has that label."""
-        names = texts_of(self.handed_in.labels.get(cell, ()))
-        places = dict.fromkeys(self._quantities[text] for text in names if text in self._quantities)
-        known = [self.ours[place] for place in places if place in self.ours]
-        return at_samples(known[0]) if known else None
+        """What the label of a cell of the hand-in says that it is."""
+        meant = self.meant.get(cell)
+        return at_samples(self.ours[meant]) if meant in self.ours else None
 
     def same(self, result: Place, cell: Place) -> bool:
         """Whether a cell of the hand-in is a result of the reference."""
@@ -217,6 +225,9 @@ class Comparison:
                 single = single or len(cells) == 1
             right = [cell for cell in cells if self.same(result, cell) and cell not in taken]
             off = [cell for cell in cells if cell in ends and cell not in right and single]
+            if self.index.find(self.ours[result]):  # a short label may be that of something else, which it is
+                off = [cell for cell in off if not self._is_another(cell)]
+                cells = [cell for cell in cells if cell in right or cell in off or cell not in ends]
             if right and not off:
                 self.found[result] = next((cell for cell in right if cell in ends), right[0])
                 continue
@@ -237,6 +248,11 @@ class Comparison:
         for result in missing:
             if result not in self.candidates:
                 self.candidates[result] = self._likely(result, taken)[:MOST]
+
+    def _is_another(self, cell: Place) -> bool:
+        """Whether a cell is the only one that is some quantity of the reference."""
+        value = self.theirs.get(cell)
+        return value is not None and value in self.steps and self.index.find(value) == [cell]
 
     def _leftover(self, missing: Sequence[Place], taken: set[Place]) -> None:
         """Of the cells of one label those that are no result yet, in their order."""
@@ -292,6 +308,11 @@ class Comparison:
                 self.sure.add(result)
                 del self.found[result]
 
+    def nearest(self, cell: Place, results: Sequence[Place]) -> list[Place]:
+        """Some quantities of the reference, first those that are nearest to a cell of the hand-in."""
+        value = at_samples(self.theirs[cell])[0]
+        return sorted(results, key=lambda p: abs(np.log(np.abs(at_samples(self.ours[p])[0] / value) + 1e-12)))
+
     def _likely(self, result: Place, taken: set[Place]) -> list[Place]:
         """The cells that may be a result: by a similar label, by the nearest value, as the last of a chain."""
         labels = self.reference.labels.get(result, ("", ""))
@@ -304,7 +325,7 @@ class Comparison:
             value = at_samples(self.theirs[cell])[0]
             off = abs(abs(value) - abs(wanted)) / (abs(wanted) + 1e-9) if np.isfinite(value) else 9.0
             score = likeness(labels, self.handed_in.labels.get(cell, ("", "")))
-            score = (score if score >= FUZZY else 0.0) + max(0.0, 0.6 - off) + 0.5 * (cell in ends)
+            score = (score if score >= FUZZY else 0.0) + max(0.0, 0.6 - off) + 1.0 * (cell in ends)
             if score > 0.3:
                 scores.append((-score, self.handed_in.reading_order(cell), cell))
         return [cell for *_, cell in sorted(scores)]
@@ -313,6 +334,15 @@ class Comparison:
     def known_cells(self) -> set[Place]:
         """The formulas of the hand-in, as it was handed in, that are quantities of the reference."""
         return {p for p in self.handed_in.order if p in self.theirs and self.theirs[p] in self.known}
+
+
+def _by_label(sheet: Sheet) -> dict[str, list[Place]]:
+    """Label, with its unit first, then without → the cells that have it, in order, if these are of one formula."""
+    found: dict[str, list[Place]] = defaultdict(list)
+    for place, labels in sheet.labels.items():
+        for text in texts_of(labels):
+            found[text].append(place)
+    return {text: places for text, places in found.items() if len({sheet.form(p) for p in places}) == 1}
 
 
 def texts_of(labels: Sequence[str]) -> list[str]:

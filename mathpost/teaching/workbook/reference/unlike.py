@@ -8,16 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.teaching.workbook.reference.quantities import Sheet, agree
-from mathpost.teaching.workbook.reference.results import Comparison
+from mathpost.teaching.workbook.reference.quantities import NOTHING, Sheet, agree
 from mathpost.teaching.workbook.sheet.formula import Area, Tree, area_of
 from mathpost.teaching.workbook.sheet.place import Place
 from mathpost.teaching.workbook.sheet.samples import SAMPLES, Values
 from mathpost.teaching.workbook.sheet.tree import areas, parts_of, put
 
+if TYPE_CHECKING:
+    from mathpost.teaching.workbook.reference.results import Comparison
+
+ROUGHLY = 1e-6
 CHAINS = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*", "/"), "/": ("*", "/")}
 Path = tuple[int, ...]
 Pair = tuple[Path, Tree, Tree]  # where, what is there, what the reference has
@@ -29,6 +33,7 @@ class Unlike:
     def __init__(self, comparison: Comparison) -> None:
         self.comparison = comparison
         self.values: dict[int, np.ndarray] = {}  # of parts of formulas, by identity
+        self.last: dict[int, float] = {}  # of these the last number
         self.kept: list[Tree] = []  # as long as these are kept, no other has their identity
 
     def corrected(self, place: Place) -> Iterator[tuple[Tree, Tree, Tree]]:
@@ -49,16 +54,21 @@ class Unlike:
                         yield old, there, whole
 
     def _evaluate(self, sheet: Sheet, tree: Tree, values: Values) -> None:
+        """Keep what all parts of a formula are at the samples, shape (cells, samples)."""
         if id(tree) not in self.values:
             self.kept.append(tree)
-            self.values |= sheet.parts_at(tree, values)
+            for key, value in sheet.parts_at(tree, values).items():
+                self.values[key] = np.broadcast_to(value.reshape(len(value), -1), (SAMPLES, value[0].size)).T
+                self.last[key] = float(self.values[key][-1, -1]) if value[0].size else 0.0
 
     def _alike(self, a: Tree, b: Tree) -> bool:
-        x, y = self.values.get(id(a)), self.values.get(id(b))
-        if x is None or y is None or x.shape[1:] != y.shape[1:]:
+        x, y = self.last.get(id(a)), self.last.get(id(b))
+        if x is None or y is None:
             return a == b
-        x, y = (np.moveaxis(np.broadcast_to(v, (SAMPLES, *v.shape[1:])), 0, -1) for v in (x, y))
-        return bool(np.all(agree(x, y)))
+        if not abs(x - y) <= ROUGHLY * (abs(x) + abs(y)) + NOTHING:  # most that differ do here, and it costs least
+            return False
+        first, second = self.values[id(a)], self.values[id(b)]
+        return first.shape == second.shape and bool(agree(first, second).all())
 
     def _unlike(self, a: Tree, b: Tree, path: Path) -> list[Pair]:
         """The part of `a` that is unlike `b`; nothing if they are alike, or if more than one is."""
@@ -110,7 +120,7 @@ class Unlike:
 
     # The same in the cells of the hand-in.
 
-    def _here(self, old: Tree, new: Tree, place: Place, depth: int = 3) -> Tree | None:
+    def _here(self, old: Tree, new: Tree, place: Place) -> Tree | None:
         """A part of a formula of the reference, in the cells of the hand-in; None if a cell is missing there."""
         if new[0] == "here":
             return new[1]
@@ -119,11 +129,11 @@ class Unlike:
         if new != old and old[0] != "number" and self._alike(old, new):
             return old
         if new[0] == "area":
-            return self._area_here(new[1], place, depth)
-        parts = [self._here(old, part, place, depth) for part in new[1:]]
+            return self._area_here(new[1], place)
+        parts = [self._here(old, part, place) for part in new[1:]]
         return None if None in parts else (new[0], *parts)
 
-    def _area_here(self, area: Area, place: Place, depth: int) -> Tree | None:
+    def _area_here(self, area: Area, place: Place) -> Tree | None:
         comparison = self.comparison
         sheet, own = comparison.handed_in, areas(comparison.handed_in.trees[place])
         used = {p for each in own for p in each.places}
@@ -134,7 +144,7 @@ class Unlike:
             )
             known = sorted(known, key=lambda p: (p not in used, sheet.calculation_order(p)))
             if not known:
-                return self._written_out(area, place, depth)
+                return self._typed(area)
             cells.append(known[0])
         found = area_of([cells[0], cells[-1]])
         if found.places != cells:
@@ -143,15 +153,10 @@ class Unlike:
         fixed = cells[0][1] != place[1], cells[0][2] != place[2]
         return "area", same[0] if same else replace(found, fixed=fixed)
 
-    def _written_out(self, area: Area, place: Place, depth: int) -> Tree | None:
-        """A step that the hand-in does not have, or a number, in place of the reference to it."""
-        reference, there = self.comparison.reference, area.places[0]
-        if area.shape != (1, 1) or not depth:
-            return None
-        if there in reference.trees:
-            return self._here(("text", ""), reference.trees[there], place, depth - 1)
-        number = reference.numbers_typed.get(there)
-        return None if number is None else ("number", number)
+    def _typed(self, area: Area) -> Tree | None:
+        """A number of the reference that the hand-in has in no cell."""
+        number = self.comparison.reference.numbers_typed.get(area.places[0])
+        return ("number", number) if area.shape == (1, 1) and number is not None else None
 
 
 def _terms(tree: Tree, path: Path, sign: bool = False) -> Iterator[tuple[bool, Path, Tree]]:

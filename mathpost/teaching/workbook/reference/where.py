@@ -8,7 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from mathpost.teaching.workbook.reference.changes import MOST_CELLS, Change, all_edits, edited, in_words, replaced
+from mathpost.teaching.workbook.reference.changes import (
+    MOST_CELLS,
+    Change,
+    Edits,
+    all_edits,
+    edited,
+    replaced,
+    unlike_edits,
+)
 from mathpost.teaching.workbook.reference.quantities import Sheet, agree
 from mathpost.teaching.workbook.reference.results import Comparison
 from mathpost.teaching.workbook.sheet.neighbours import filled
@@ -25,10 +33,14 @@ def first_wrong(comparison: Comparison, result: Place, target: Place) -> Change 
     if comparison.is_template and (change := _unlike_the_same_cell(comparison, target)):
         return change
     wanted = {target: at_samples(comparison.ours[result])}
-    options = [
-        (_rank(comparison, change, wanted), n, change) for n, change in enumerate(_changes(comparison, wanted))
-    ]
-    return min(options, key=lambda each: each[:2])[2] if options else None
+    for some in (unlike_edits, all_edits):  # a part that is unlike the reference is the smallest change
+        options = [
+            (_rank(comparison, change, wanted), n, change)
+            for n, change in enumerate(_changes(comparison, wanted, some))
+        ]
+        if options:
+            return min(options, key=lambda each: each[:2])[2]
+    return None
 
 
 def _unlike_the_same_cell(comparison: Comparison, target: Place) -> Change | None:
@@ -45,7 +57,7 @@ def _unlike_the_same_cell(comparison: Comparison, target: Place) -> Change | Non
         for cause, old, new, whole in all_edits(comparison, place, own, wanted) if place in sheet.trees else ():
             made = sheet.calculate(whole, comparison.theirs)
             if all(agree(at_samples(at(made, sheet.part.get(p, (0, 0)))), value) for p, value in wanted.items()):
-                return Change(place, cause, in_words(place, old, new), whole, wanted)
+                return Change(place, cause, "", whole, wanted, parts=(old, new))
         formula = text_of(reference.trees[place], place[0])
         if place in sheet.trees:
             return Change(
@@ -71,7 +83,7 @@ def _rank(comparison: Comparison, change: Change, wanted: Values) -> tuple[int, 
     return -explained, change.kind
 
 
-def _changes(comparison: Comparison, wanted: Values) -> Iterator[Change]:
+def _changes(comparison: Comparison, wanted: Values, some: Edits) -> Iterator[Change]:
     """Yield the changes that make the target right and leave right what is, the earliest cell first."""
     sheet, (target,) = comparison.handed_in, wanted
     inputs = comparison.matched.back
@@ -81,13 +93,15 @@ def _changes(comparison: Comparison, wanted: Values) -> Iterator[Change]:
     way.sort(key=sheet.calculation_order)
     found = {cell: result for result, cell in comparison.found.items()}
     for alike in _patterns(sheet, [p for p in way if p not in found])[-MOST_CELLS:]:
+        if comparison.tries < 0:
+            return
         place = alike[0]
         own = comparison.theirs.get(place)
         own = at_samples(np.full(1, sheet.value(place) or 0.0) if own is None else own)
         after = sheet.downstream(alike)
         between = after & sheet.upstream([target])
         keep = [cell for cell in found if cell in after]
-        for change in _fitting(comparison, alike, own, wanted, between):
+        for change in _fitting(comparison, alike, own, wanted, between, some):
             if _keeps(comparison, change, after, keep, found):
                 yield change
 
@@ -114,13 +128,18 @@ def _keeps(comparison: Comparison, change: Change, after: set[Place], keep: Sequ
 
 
 def _fitting(
-    comparison: Comparison, alike: Sequence[Place], own: np.ndarray, wanted: Values, between: set[Place]
+    comparison: Comparison,
+    alike: Sequence[Place],
+    own: np.ndarray,
+    wanted: Values,
+    between: set[Place],
+    edits: Edits,
 ) -> Iterator[Change]:
     """Yield the changes of a cell, and of those `alike`, that give the target what it should be."""
     sheet, (target,), place = comparison.handed_in, wanted, alike[0]
-    made = [*edited(comparison, alike, own, wanted)]
-    if place != target or place not in sheet.trees:  # that a result should be what it is explains nothing
-        made += replaced(comparison, place)
+    made = [*edited(comparison, alike, own, wanted, edits)]
+    if place not in sheet.trees or (edits is all_edits and place != target):
+        made += replaced(comparison, place)  # that a result should be what it is explains nothing
     made = [change for change in made if all(np.isfinite(value).all() for value in change.values.values())]
     for start in range(0, len(made), TOGETHER):
         some = made[start : start + TOGETHER]
@@ -142,7 +161,7 @@ def _kind(comparison: Comparison, change: Change, own: np.ndarray, wanted: Value
         return 4
     if own_label is not None and agree(own, own_label):
         return 6
-    if own_label is not None and agree(value, own_label):
+    if place != target and own_label is not None and agree(value, own_label):
         return 0
     if own in comparison.steps:
         return 5
@@ -172,7 +191,7 @@ def repair(comparison: Comparison, change: Change) -> list[Place]:
         comparison.fixed |= change.values
         for each in change.values:
             sheet.trees.pop(each, None)
-        alike = []
+        alike = [each for each in change.values if each != place]
     else:
         for each in sheet.array(place):
             sheet.trees[each] = change.tree

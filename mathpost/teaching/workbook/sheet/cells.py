@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from mathpost.errors import InputError
 from mathpost.teaching.bounds import TooLarge
 from mathpost.teaching.workbook.sheet.file import EMPTY, local_address
-from mathpost.teaching.workbook.sheet.formula import NotUnderstood, parse
+from mathpost.teaching.workbook.sheet.formula import NotUnderstood, area_of, parse
 from mathpost.teaching.workbook.sheet.lookup import resolved
 from mathpost.teaching.workbook.sheet.shorthand import blanks_as_before, running_totals
-from mathpost.teaching.workbook.sheet.tree import areas, form_of, with_areas
+from mathpost.teaching.workbook.sheet.tree import areas, form_of, parts_of, with_areas
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.file import Book
@@ -49,7 +49,7 @@ class Cells:
                 if cell.formula:
                     if key not in parsed:
                         parsed[key] = resolved(parse(cell.formula, place[0], self.names, self.sheets), self._typed)
-                    self.trees[place] = parsed[key]
+                    self.trees[place] = _with_own_place(parsed[key], place)
             except NotUnderstood as error:
                 self.unread[place] = str(error)
             if cell.anchor:
@@ -153,3 +153,12 @@ class Cells:
             seen: list[Any] = [area.seen_from(*place[1:]) for area in areas(tree)]
             self._relative[place] = tree, with_areas(tree, seen) if seen else None
         return self._relative[place][1] if tree else None
+
+
+def _with_own_place(tree: Tree, place: Place) -> Tree:
+    """A formula with its own cell in ROW() and COLUMN()."""
+    if not any(len(part) == 1 and part[0] in ("ROW", "COLUMN") for part in parts_of(tree)):
+        return tree
+    if len(tree) == 1 and tree[0] in ("ROW", "COLUMN"):
+        return tree[0], ("area", area_of([place]))
+    return tuple(_with_own_place(part, place) if isinstance(part, tuple) else part for part in tree)

@@ -10,7 +10,10 @@ documentation of Excel and the values of LibreOffice; where these differ, as for
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import re
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial, reduce
 from typing import TYPE_CHECKING, Any
 
@@ -103,6 +106,88 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     return np.where(singular, np.nan, np.linalg.inv(np.where(singular, np.eye(matrix.shape[-1]), matrix)))
 
 
+def code(text: str) -> float:
+    """A number that stands for a text, in any case the same: so a choice of texts is a function, too."""
+    return 1 + zlib.crc32(text.strip().casefold().encode()) / 2**32
+
+
+@dataclass(frozen=True)
+class OfTrees:
+    """A function of what its arguments are, not only of their values: it is called with how to evaluate them."""
+
+    function: Callable[..., np.ndarray]
+
+
+def _number_of(along: int) -> OfTrees:
+    """ROW or COLUMN of an area."""
+
+    def numbers(value: Callable[..., np.ndarray], area: Tree) -> np.ndarray:
+        if area[0] != "area":
+            raise NotUnderstood("a row of no cell")
+        first, count = (area[1].top, area[1].left)[along], area[1].shape[along]
+        return np.arange(first, first + count, dtype=float).reshape((1, -1, 1) if along == 0 else (1, 1, -1))
+
+    return OfTrees(numbers)
+
+
+def _chosen(value: Callable[..., np.ndarray], pairs: Sequence[Tree]) -> np.ndarray:
+    """Of ranges and criteria in turn, which cells fulfil all: shape (samples, rows, columns), NaN where unknown."""
+    chosen = np.ones((1, 1, 1))
+    for area, criterion in zip(pairs[::2], pairs[1::2], strict=True):
+        head, wanted = "=", criterion
+        if criterion[0] == "criterion":
+            head, wanted = criterion[1][1], criterion[2]
+        elif criterion[0] == "text":
+            text = criterion[1].strip()
+            head = next((sign for sign in ("<>", "<=", ">=", "<", ">", "=") if text.startswith(sign)), "")
+            text, head = text[len(head) :], head or "="
+            number = re.fullmatch(r"-?[\d.]+", text)
+            wanted = ("number", float(text)) if number else ("number", code(text))
+        cells, key = value(area, take="with texts"), value(wanted, take="with texts")
+        holds = np.where(np.isnan(cells), head == "<>", COMPARISONS[head](cells, key) == 1)
+        chosen = chosen * holds
+    return chosen
+
+
+def _if(total: Callable[..., np.ndarray], first: int) -> OfTrees:
+    """SUMIF and the like, `first` 0 or 2, or SUMIFS, 1: the total of the cells that fulfil criteria."""
+
+    def of_chosen(value: Callable[..., np.ndarray], *parts: Tree) -> np.ndarray:
+        pairs = parts[1:] if first == 1 else parts[:2] if first == 2 else parts
+        cells = parts[0] if first < 2 or len(parts) < 3 else parts[2]
+        if (
+            cells[0] == "area" == pairs[0][0] and cells[1].shape != pairs[0][1].shape
+        ):  # it begins there, and is as large as the other
+            rows, columns = pairs[0][1].shape
+            area = cells[1]
+            cells = "area", replace(area, bottom=area.top + rows - 1, right=area.left + columns - 1)
+        chosen, numbers = _chosen(value, pairs), value(cells, take="with texts")
+        return total(chosen, np.where(chosen == 0, 0.0, numbers))
+
+    return OfTrees(of_chosen)
+
+
+def _sum_of(chosen: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    return np.nansum(numbers * np.ones_like(chosen), axis=(1, 2), keepdims=True)
+
+
+def _count_of(chosen: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    return chosen.sum(axis=(1, 2), keepdims=True)
+
+
+def _mean_of(chosen: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    return _finite(np.divide)(_sum_of(chosen, numbers), _count_of(chosen, numbers))
+
+
+def _extreme_of(extreme: Callable[..., np.ndarray], beyond: float) -> Callable[..., np.ndarray]:
+    return lambda chosen, numbers: extreme(np.where(chosen == 0, beyond, numbers), axis=(1, 2), keepdims=True)
+
+
+BY_CRITERIA = {
+    **{"SUMIF": _if(_sum_of, 2), "COUNTIF": _if(_count_of, 0), "AVERAGEIF": _if(_mean_of, 2)},
+    **{"SUMIFS": _if(_sum_of, 1), "COUNTIFS": _if(_count_of, 0), "AVERAGEIFS": _if(_mean_of, 1)},
+    **{"MAXIFS": _if(_extreme_of(np.max, -np.inf), 1), "MINIFS": _if(_extreme_of(np.min, np.inf), 1)},
+}
 CONDITIONS = {"AND", "OR", "NOT"}
 COMPARISONS = {
     **{"=": _known(np.equal), "<>": _known(np.not_equal), "<": _known(np.less)},
@@ -149,6 +234,9 @@ FUNCTIONS = {
     **{"MMULT": np.matmul, "TRANSPOSE": lambda a: np.swapaxes(a, 1, 2)},
     "MINVERSE": _inverse,
     "MDETERM": lambda a: np.linalg.det(a)[:, None, None],
+    **BY_CRITERIA,
+    **{"ROW": _number_of(0), "COLUMN": _number_of(1)},
+    "criterion": lambda sign, number: number,
     **{"SINGLE": lambda a: a[:, :1, :1], "N": lambda a: a},
     "rows": lambda *rows: np.concatenate(rows, axis=1),
     "row": lambda *entries: np.concatenate(entries, axis=2),
@@ -185,10 +273,14 @@ def evaluate(
     if head not in functions or any(texts):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
     take = take if head == "TRANSPOSE" else TAKES.get(head, "")  # what is empty stays so
-    values = [evaluate(part, look, functions, held, take) for part in parts]
+    function, values = functions[head], []
     try:
-        value = functions[head](*values)
+        if isinstance(function, OfTrees):
+            value = function.function(partial(evaluate, look=look, functions=functions, held=held), *parts)
+        else:
+            values = [evaluate(part, look, functions, held, take) for part in parts]
+            value = function(*values)
         return value if value.dtype == float else value * 1.0
-    except (TypeError, ValueError, IndexError, np.linalg.LinAlgError):
+    except (TypeError, ValueError, IndexError, AttributeError, np.linalg.LinAlgError):
         sizes = ", ".join("×".join(map(str, np.shape(value)[1:])) for value in values)
         raise NotUnderstood(f"{head} of {sizes or 'nothing'}") from None

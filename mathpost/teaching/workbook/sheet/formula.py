@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
 LOGICAL = {"TRUE": 1.0, "FALSE": 0.0}
+CRITERIA = {*("SUMIF COUNTIF AVERAGEIF SUMIFS COUNTIFS AVERAGEIFS MAXIFS MINIFS".split())}
+SIGNS = {"=", "<>", "<", ">", "<=", ">="}
 LARGEST = 20_000  # cells of a range
 LEVELS, PARTS, LETTERS = 100, 20_000, 8192  # of a formula, the names in it included; a spreadsheet takes 64 levels
 Tree = tuple[Any, ...]
@@ -75,7 +77,13 @@ class Area:
         return other.top - self.top, other.left - self.left
 
     def __str__(self) -> str:
-        first, last = f"{get_column_letter(self.left)}{self.top}", f"{get_column_letter(self.right)}{self.bottom}"
+        return self.written().replace("$", "")
+
+    def written(self) -> str:
+        """The area as a formula has it, with each $."""
+        row, column = ("$" if fixed else "" for fixed in self.fixed)
+        first = f"{column}{get_column_letter(self.left)}{row}{self.top}"
+        last = f"{column}{get_column_letter(self.right)}{row}{self.bottom}"
         return first if first == last else f"{first}:{last}"
 
 
@@ -120,6 +128,12 @@ def parse(
     if level > 2 * LEVELS:
         raise NotUnderstood(f"a formula of {level} levels")
     return tree
+
+
+def _criterion(tree: Tree) -> Tree:
+    """A criterion such as ">"&A1; anything else as it is."""
+    is_one = tree[0] == "&" and tree[1][0] == "text" and tree[1][1].strip() in SIGNS
+    return ("criterion", ("text", tree[1][1].strip()), tree[2]) if is_one else tree
 
 
 @dataclass
@@ -167,6 +181,8 @@ class _Reader:
             name = token.value[:-1].upper().replace("_XLFN.", "").replace("_XLWS.", "")
             if name in LOGICAL and not rows[0]:
                 return ("number", LOGICAL[name])
+            if name in CRITERIA:
+                return (name, *map(_criterion, rows[0]))
             return (name, *rows[0]) if name else rows[0][0]
         if token.subtype in ("NUMBER", "LOGICAL"):
             return ("number", float(LOGICAL.get(token.value.upper(), token.value)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.teaching.workbook.sheet.evaluate import COMPARISONS, CONDITIONS, FUNCTIONS, evaluate
+from mathpost.teaching.workbook.sheet.evaluate import COMPARISONS, CONDITIONS, FUNCTIONS, code, evaluate
 from mathpost.teaching.workbook.sheet.file import EMPTY
 from mathpost.teaching.workbook.sheet.formula import NotUnderstood
 from mathpost.teaching.workbook.sheet.links import Links
@@ -156,6 +156,10 @@ class Graph(Links):
         others are in one row.
         """
         places, constants = area.places, self.constants
+        if take == "with texts":
+            coded = [np.full(1, code(self.cells[p].value)) if p in self.texts else
+                     values[p] if p in values else constants.get(p, NOTHING) for p in places]  # fmt: skip
+            return self._stacked(coded, area.shape)
         if len(places) == 1 and not take:
             (place,) = places
             return (values[place] if place in values else constants.get(place, ZERO))[:, None, None]

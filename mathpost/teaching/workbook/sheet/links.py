@@ -11,7 +11,7 @@ from mathpost.teaching.bounds import TooLarge
 from mathpost.teaching.workbook.sheet.cells import Cells
 from mathpost.teaching.workbook.sheet.evaluate import FUNCTIONS
 from mathpost.teaching.workbook.sheet.place import beside
-from mathpost.teaching.workbook.sheet.tree import areas, gives_text, heads, walk
+from mathpost.teaching.workbook.sheet.tree import areas, gives_text, heads, used_areas, walk
 
 if TYPE_CHECKING:
     from mathpost.teaching.workbook.sheet.formula import Tree
@@ -33,7 +33,7 @@ class Links(Cells):
 
     def used_by(self, tree: Tree) -> list[Place]:
         """The places that a tree refers to."""
-        return list(dict.fromkeys(place for area in areas(tree) for place in area.places))
+        return list(dict.fromkeys(place for area in used_areas(tree) for place in area.places))
 
     @cached_property
     def parts(self) -> list[tuple[tuple, Tree]]:

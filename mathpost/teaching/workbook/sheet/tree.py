@@ -46,6 +46,17 @@ def areas(tree: Tree) -> list[Area]:
     return [part[1] for part in parts_of(tree) if part[0] == "area"]
 
 
+def used_areas(tree: Tree) -> Iterator[Area]:
+    """Yield the areas of which a formula uses what they hold, and not only where they are."""
+    stack = [tree]
+    while stack:
+        tree = stack.pop()
+        if tree[0] == "area":
+            yield tree[1]
+        elif tree[0] not in ("ROW", "COLUMN"):
+            stack += [part for part in tree[:0:-1] if type(part) is tuple]
+
+
 def with_areas(tree: Tree, new: Iterable[Area]) -> Tree:
     """Return the tree with the areas `new` in place of its own, in their order."""
     new = iter(new)
@@ -79,6 +90,8 @@ def text_of(tree: Tree, sheet: str | None = None) -> str:
         return {"number": "{:.15g}", "text": '"{}"'}[head].format(parts[0])
     if head in ("minus", "percent"):
         return f"-{_within(parts[0], 4, sheet)}" if head == "minus" else f"{_within(parts[0], 6, sheet)}%"
+    if head == "criterion":
+        return f"{text_of(parts[0], sheet)}&{text_of(parts[1], sheet)}"
     if head in POWER:
         return f"{_within(parts[0], POWER[head] - 1, sheet)}{head}{_within(parts[1], POWER[head], sheet)}"
     inner = (";" if head == "rows" else ",").join(text_of(part, sheet) for part in parts)
