@@ -284,6 +284,7 @@ QUARTER = {
     "SolidWorks": "CIRCLE/0,0,0,0,0,1",
     "Creo": "CIRCLE / 0.0, 0.0, 0.0,  $\n 0.0, 0.0, 1.0, 5.0",
     "CAMWorks": "CIRCLE/ 0,0,0,0,0,1,5,COUNTERCLOCKWISE",
+    "CAMWorks, about the other end": "CIRCLE/ 0,0,0,0,0,-1,5,CLOCKWISE",
     "NX": "CIRCLE/0.,0.,0.,0.,0.,-1.,5.,0.06,0.5,10.,0.",
 }
 
