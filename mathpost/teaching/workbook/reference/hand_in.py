@@ -119,7 +119,7 @@ class HandIn:
                 if not self.sheet.unknown.isdisjoint(self.sheet.upstream([cell])):
                     continue
                 change = first_wrong(comparison, result, cell)
-                if change and (change.cause != "wrong value" or not self._is_weak(result)):
+                if change and (change.tree is not None or not self._is_weak(result)):
                     self._add(change)
                     return True
             if result in comparison.sure and not self._is_weak(result):
@@ -128,7 +128,7 @@ class HandIn:
         return False
 
     def _is_weak(self, result: Place) -> bool:
-        """Whether some of its inputs may be others: then only a usual slip is a fault."""
+        """Whether some of its inputs may be others: then only a formula with one part wrong is a fault."""
         return not self.ours.upstream([result]).isdisjoint(self.matched.weak)
 
     def _in_another_unit(self, result: Place, cell: Place) -> str:

@@ -292,16 +292,26 @@ class _Matcher:
     def out_of_order(self, pairs: Sequence[tuple[Place, Place]]) -> list[Place]:
         """The inputs that nothing but their roles tells, and that stand in a different order here and there.
 
-        A student who exchanged two inputs in a formula has them the other way round, too.
+        A student who exchanged two inputs in a formula has them the other way round, too. Numbers of clearly
+        different sizes tell which is which.
         """
 
         def across(place: Place) -> Place:
             return place[0], place[2], place[1]
 
+        def apart(place: Place, cell: Place) -> float:
+            ratio = self.numbers[cell] / self.reference.numbers_typed[place]
+            return abs(np.log10(ratio)) if ratio > 0 else ALIKE
+
         ways = []
         for here, there in product((self.reference.reading_order, across), (self.handed_in.reading_order, across)):
             ordered = sorted(pairs, key=lambda pair: here(pair[0]))
-            ways.append([(p, q) for n, (p, c) in enumerate(ordered) for q, d in ordered[:n] if there(c) < there(d)])
+            crossed = [
+                (p, c, q, d) for n, (p, c) in enumerate(ordered) for q, d in ordered[:n] if there(c) < there(d)
+            ]
+            ways.append(
+                [(p, q) for p, c, q, d in crossed if apart(p, d) + apart(q, c) < apart(p, c) + apart(q, d) + ALIKE]
+            )
         return list(dict.fromkeys(place for pair in min(ways, key=len) for place in pair))
 
     def likely(self, place: Place, cell: Place) -> float:

@@ -88,9 +88,9 @@ class Unlike:
                 return [(path, a, ("here", put(put(a, (n,), a[m]), (m,), a[n])))]
         if len(a) == len(b) and a[1:] and all(map(self._alike, a[1:], b[1:])):
             return [(path, a, ("here", (b[0], *a[1:])))]
-        held = any(self._alike(a, part) for part in parts_of(b)) or any(
-            self._alike(part, b) for part in parts_of(a)
-        )
+        if inner := [part for part in parts_of(a) if self._alike(part, b)]:
+            return [(path, a, ("here", inner[0]))]
+        held = any(self._alike(a, part) for part in parts_of(b))
         return [(path, a, b)] if held else []
 
     def _unlike_terms(self, a: Tree, b: Tree, path: Path) -> list[Pair]:
