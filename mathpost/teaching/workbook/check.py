@@ -1,4 +1,7 @@
-"""The check of one file: its formulas as functions, or, where there are none, its values."""
+"""The check of one file: its formulas as functions, or, where there are none, its values.
+
+A sheet in which no result is recognised is not judged, whatever is wrong in it.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,9 @@
 """What is this sheet? Inputs, matrices, vectors and results, told by how the formulas use the cells.
 
-Labels only break ties: which triple is an angle, a point or an origin follows from where it goes.
+Which triple is an angle, a point or an origin follows from where it goes; labels only break ties. The texts also
+give the sequence, the order of the angles and the convention. A result is a vector that is turned by three angles
+in sequence, or by one about an axis; a sheet of two angles, of single matrices or of other things has none, and is
+not judged. An angle that a formula makes by ACOS or ATAN2 counts as given: that formula is not judged.
 """
 
 from __future__ import annotations
@@ -31,10 +34,11 @@ SMALL = 1e-6  # a slope that is none
 class Recognised(Turns):
     """What is what in a workbook.
 
-    Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. Of these the
-    `steps` are on the way to others, those `beside` are no results; `doubts` has some reasons.
-    `by` says who names the reading: the task, the text, or source 000; it `is_open` if the text names axes and not
-    what is turned, or one that is not understood may say more; `also` are readings that it allows as well.
+    Numbers that others use, given or made by an inverse function, are `angles`, `lengths` or `constants`; `vectors`
+    depend on lengths. Of these the `steps` are on the way to others, those `beside` are no results; `doubts` has
+    some reasons. `by` says who names the reading: the task, the text, or source 000. The reading `is_open` if the
+    text names axes but says neither active nor passive, or is in a language that is not understood; `also` are
+    readings that it allows as well.
     """
 
     def __init__(self, graph: Graph, task: Task) -> None:
@@ -73,7 +77,7 @@ class Recognised(Turns):
             self.problems += unsure
 
     def _find_calculations(self) -> None:
-        """The rotations of a sheet that turns something: vectors that are results, or else matrices."""
+        """The rotations of a sheet that turns something, by the vectors that are results."""
         self._respond()
         inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
         self.windows = [w for w in self.windows if len(self.vectors.intersection(inner[w])) < 3]

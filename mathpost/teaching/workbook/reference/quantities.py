@@ -264,7 +264,7 @@ def _units(*sheets: Mapping[Place, float]) -> Iterator[list[Place]]:
         for place in sorted(sheets[0]):
             line = [offset(place, n * down, n * right) for n in range(count)]
             if taken.isdisjoint(line) and all(p in sheet for sheet in sheets for p in line):
-                squares = [sum(sheet[p] * sheet[p] for p in line) for sheet in sheets]  # ** raises where * is infinite
+                squares = [sum(sheet[p] * sheet[p] for p in line) for sheet in sheets]  # ** may overflow
                 if all(abs(each - 1) < DIRECTION for each in squares):
                     taken |= set(line)
                     yield line

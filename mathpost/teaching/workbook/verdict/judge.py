@@ -18,7 +18,7 @@ from mathpost.teaching.workbook.sheet.samples import Values
 from mathpost.teaching.workbook.sheet.tree import areas
 from mathpost.teaching.workbook.verdict.readings import Readings
 from mathpost.teaching.workbook.verdict.sampled import Sampled
-from mathpost.teaching.workbook.verdict.tables import of_tables
+from mathpost.teaching.workbook.verdict.tables import of_nc_words
 from mathpost.teaching.workbook.verdict.where import Where
 from mathpost.teaching.workbook.verdict.why import Why
 
@@ -70,7 +70,7 @@ class Judge(Sampled):
             self.faults += self._judged_by_steps()
         if others := self.readings.of_another_convention(self.unexplained):
             self.faults, self.unexplained = self.faults + others, []
-        self.faults += of_tables(self)
+        self.faults += of_nc_words(self)
         return self
 
     def _steps_to(self, last: Turn) -> list[Turn]:

@@ -62,7 +62,14 @@ def reason(judge: Judge, others: Beside, place: Place, status: str | None) -> li
         before = [each.cell for each in judge.faults if place in graph.downstream([each.place])]
         rule = f"it follows from {', '.join(before[:3])}" if before else "it is repaired together with a wrong cell"
     elif place in judge.inputs:
-        rule = "it is given, and was varied at random"
+        made = place in graph.trees
+        rule = (
+            "a formula makes it, and it is taken as given: not judged"
+            if made
+            else "it is given, and was varied at random"
+        )
+    elif not found.calculations:
+        rule = "no result was recognised, so that nothing was compared"
     elif place in others.rules:
         rule = f"no result needs it; {others.rules[place]}" if place not in needed else others.rules[place]
     elif place in needed and place in graph.trees:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TYPED = "the word is off by more than the rounding of the numbers in its row"
 
 
-def of_tables(judge: Judge) -> Iterator[Fault]:
+def of_nc_words(judge: Judge) -> Iterator[Fault]:
     """Yield the faults of NC words; the sheet's problems get what keeps a table from being judged."""
     graph, found = judge.graph, judge.found
     words = [row for row in found.calculations if isinstance(row, Words)]
