@@ -12,6 +12,7 @@ is told, and the result is judged by what was compared.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -43,6 +44,7 @@ FACTORS = 1.1 ** np.arange(1, 49)  # to about a hundred
 STEPS = 20  # to where a condition changes
 BESIDE = 0.02  # relative: beyond the number with which an input is compared
 MOST_INPUTS, MOST_SEARCHES, MOST_STEPS = 12, 40, 5
+MOST_ROWS = 2  # of a table of one formula that are tried
 FROM = 1  # the sample from which inputs are moved, one whose numbers are equal to others by no luck
 
 
@@ -136,9 +138,14 @@ class Search:
 
     def telling(self) -> list[Telling]:
         """Where the first result differs that does; empty if none does anywhere."""
+        tries: Counter[tuple] = Counter()
         left, searches = [*self.missing], 0
         while left:
             missing = left.pop(0)
+            if (rows := self._rows(missing)) is not None:
+                tries[rows] += 1
+                if tries[rows] > MOST_ROWS:
+                    continue
             searches += 1
             some = self._groups(missing) if searches <= MOST_SEARCHES else ()
             way = next(self._ways_to(missing, some), None)
@@ -151,6 +158,33 @@ class Search:
                 return told
             left = [each for each in left if not (each.goes_with(missing) and self._takes(each, way).any())]
         return []
+
+    def _rows(self, missing: Missing) -> tuple | None:
+        """What the rows of a table share in which both workbooks have one formula each: few of these are tried."""
+        fork = missing.fork
+        here, there = (self.ours, self.theirs) if fork.sheet is self.ours else (self.theirs, self.ours)
+        partner = self._partners[here].get(fork.place)
+        patterns = here.relative(fork.place), there.relative(partner) if partner else None
+        if None in patterns:
+            return None
+        return here is self.ours, *patterns, self._numbers[id(fork)], missing.way
+
+    @cached_property
+    def _partners(self) -> dict[Sheet, dict[Place, Place]]:
+        """Cell of one workbook → the cell of the other that is the same quantity."""
+        pairs = [*self._steps.items(), *self.found.items()]
+        return {self.ours: dict(pairs), self.theirs: {cell: place for place, cell in pairs}}
+
+    @cached_property
+    def _numbers(self) -> dict[int, int]:
+        """Fork, by its identity → which it is of its cell."""
+        counts: Counter[tuple[bool, Place]] = Counter()
+        found = {}
+        for fork in self.forks:
+            key = fork.sheet is self.ours, fork.place
+            found[id(fork)] = counts[key]
+            counts[key] += 1
+        return found
 
     def _takes(self, missing: Missing, way: Way) -> np.ndarray:
         """At which samples of a way a fork takes what is missing, and the reference has a result."""
@@ -194,8 +228,7 @@ class Search:
 
     def _moves(self, group: Line, missing: Missing) -> Iterator[Move]:
         """Ways for some inputs to go: up, down to nothing, and to where a condition changes."""
-        given = self.comparison.given
-        start = {p: float(at_samples(given[p])[FROM]) for p in group}
+        start = {p: self._given_numbers[p] for p in group}
         if not self.comparison.selectors.isdisjoint(group):
             number = start[group[0]]
             others = sorted({*SELECTED} - {number}, key=lambda other: abs(other - number))
@@ -231,6 +264,14 @@ class Search:
         ours = self.ours
         uses = {p: {ours.relative(user) for user in ours.used.get(p, ())} for line in self._runs for p in line}
         return [line for line in self._runs if set.intersection(*(uses[p] for p in line)) - {None}]
+
+    @cached_property
+    def _given_numbers(self) -> dict[Place, float]:
+        return {p: float(at_samples(v)[FROM]) for p, v in self.comparison.given.items()}
+
+    @cached_property
+    def _in_lists(self) -> set[Place]:
+        return {p for line in self._lists for p in line}
 
     def _moved(self, moves: Sequence[Move]) -> Way:
         """Both workbooks along some moves, one after the other."""
@@ -270,14 +311,13 @@ class Search:
 
         An upper deviation is above the lower one, and the keys of a table rise.
         """
-        numbers = {p: at_samples(v)[FROM] for p, v in self.comparison.given.items()}
-        fine = np.ones(len(values), bool)
+        numbers, fine = self._given_numbers, np.ones(len(values), bool)
         for line in self._lists:
             if place in line:
                 along = (0, 1) if line[0][2] == line[1][2] else (1, 0)
                 for sign in (1, -1):
                     near = offset(place, sign * along[0], sign * along[1])
-                    if near in numbers and any(near in other for other in self._lists):
+                    if near in numbers and near in self._in_lists:
                         fine &= np.sign(values - numbers[near]) == np.sign(numbers[place] - numbers[near])
         return fine
 
