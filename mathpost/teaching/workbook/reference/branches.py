@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -31,7 +30,8 @@ from mathpost.teaching.workbook.reference.forks import (
     forks,
     named,
 )
-from mathpost.teaching.workbook.reference.inputs import runs
+from mathpost.teaching.workbook.reference.matched import runs
+from mathpost.teaching.workbook.reference.moved import FROM, STEPS, Move, Telling, Way
 from mathpost.teaching.workbook.reference.quantities import AGREE, NOTHING, Dictionary, Sheet
 from mathpost.teaching.workbook.sheet.place import Line, Place, offset
 from mathpost.teaching.workbook.sheet.samples import Values, at_samples
@@ -41,72 +41,9 @@ if TYPE_CHECKING:
     from mathpost.teaching.workbook.reference.results import Comparison
 
 FACTORS = 1.1 ** np.arange(1, 49)  # to about a hundred
-STEPS = 20  # to where a condition changes
 BESIDE = 0.02  # relative: beyond the number with which an input is compared
 MOST_INPUTS, MOST_SEARCHES, MOST_STEPS = 12, 40, 5
 MOST_ROWS = 2  # of a table of one formula that are tried
-FROM = 1  # the sample from which inputs are moved, one whose numbers are equal to others by no luck
-
-
-@dataclass(frozen=True)
-class Move:
-    """Inputs from where they are to multiples of that, or, one that is 0, so much further."""
-
-    start: Mapping[Place, float]
-    factors: np.ndarray
-    has_steps: bool = False  # and nothing between
-
-    def numbers(self, place: Place) -> np.ndarray:
-        """An input along the move; as it is typed, of twelve digits, where it is alone."""
-        start = self.start[place]
-        numbers = start * self.factors if start else self.factors - 1.0
-        return np.array([float(f"{number:.12g}") for number in numbers])
-
-    def closer(self, n: int) -> Move:
-        """The move to its number n, with more steps before the last."""
-        if self.has_steps:
-            return self
-        before = self.factors[n - 1] if n else 1.0
-        between = np.linspace(before, self.factors[n], STEPS + 1)[1:]
-        return Move(self.start, np.concatenate([self.factors[:n], between, self.factors[n + 1 : n + 2]]))
-
-
-@dataclass(frozen=True)
-class Way:
-    """Values of both workbooks along moved inputs."""
-
-    given: Values
-    ours: Values
-    theirs: Values
-    reference: Sheet
-    reached: int = 0
-
-    @property
-    def count(self) -> int:
-        """How many samples there are."""
-        return len(next(iter(self.given.values())))
-
-    def values(self, sheet: Sheet) -> Values:
-        """Those of the reference, or of the hand-in."""
-        return self.ours if sheet is self.reference else self.theirs
-
-    def until(self, n: int) -> Way:
-        """The samples to number n, which is `reached`, and one more."""
-        given, ours, theirs = (
-            {p: v[: n + 2] if len(v) > 1 else v for p, v in each.items()}
-            for each in (self.given, self.ours, self.theirs)
-        )
-        return Way(given, ours, theirs, self.reference, n)
-
-
-@dataclass(frozen=True)
-class Telling:
-    """Inputs at which a result that was found is not what it should be, as some way changes there."""
-
-    result: Place
-    given: Mapping[Place, float]
-    is_error: bool  # the hand-in has an error there
-    is_single: bool  # at just these numbers, and not beyond them
 
 
 class Search:
@@ -130,6 +67,8 @@ class Search:
         known = formulas[0] & formulas[1]
         self.forks = [fork for sheet, cells, values in both for fork in forks(sheet, cells, known, names, values)]
         self.missing = [each for fork in self.forks for each in fork.not_taken(self._values(fork))]
+        self._given_numbers = {p: float(at_samples(v)[FROM]) for p, v in comparison.given.items()}
+        self._in_lists = {p for line in self._lists for p in line}
         self.not_reached: list[Missing] = []
         self.errors: list[Telling] = []
 
@@ -264,14 +203,6 @@ class Search:
         ours = self.ours
         uses = {p: {ours.relative(user) for user in ours.used.get(p, ())} for line in self._runs for p in line}
         return [line for line in self._runs if set.intersection(*(uses[p] for p in line)) - {None}]
-
-    @cached_property
-    def _given_numbers(self) -> dict[Place, float]:
-        return {p: float(at_samples(v)[FROM]) for p, v in self.comparison.given.items()}
-
-    @cached_property
-    def _in_lists(self) -> set[Place]:
-        return {p for line in self._lists for p in line}
 
     def _moved(self, moves: Sequence[Move]) -> Way:
         """Both workbooks along some moves, one after the other."""

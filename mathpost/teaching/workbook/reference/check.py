@@ -14,7 +14,7 @@ from mathpost.errors import InputError, internal
 from mathpost.teaching.bounds import TooLarge, bounded
 from mathpost.teaching.workbook.reference.hand_in import HandIn
 from mathpost.teaching.workbook.reference.homework import Homework, homework_text
-from mathpost.teaching.workbook.reference.inputs import Matched
+from mathpost.teaching.workbook.reference.matched import Matched
 from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet, agree
 from mathpost.teaching.workbook.reference.results import Comparison
 from mathpost.teaching.workbook.report import (

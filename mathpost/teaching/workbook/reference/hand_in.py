@@ -1,30 +1,31 @@
-"""One hand-in beside a reference: its results found by function, its faults, and what is said of it."""
+"""One hand-in beside a reference: its results found by function, and its faults."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mathpost.teaching.workbook.reference.branches import Search, Telling
+from mathpost.teaching.workbook.reference import statements
+from mathpost.teaching.workbook.reference.branches import Search
 from mathpost.teaching.workbook.reference.forks import not_compared
-from mathpost.teaching.workbook.reference.inputs import different, match
+from mathpost.teaching.workbook.reference.inputs import match
+from mathpost.teaching.workbook.reference.matched import different
+from mathpost.teaching.workbook.reference.moved import Telling
 from mathpost.teaching.workbook.reference.quantities import Dictionary, Sheet, agree
 from mathpost.teaching.workbook.reference.results import Comparison
 from mathpost.teaching.workbook.reference.where import Change, all_edits, edited, first_wrong, repair
 from mathpost.teaching.workbook.report import (
-    CONSEQUENCE,
     RIGHT,
     UNCLEAR,
     WRONG,
     Fault,
     FileReport,
-    Judgement,
 )
-from mathpost.teaching.workbook.sheet.file import EMPTY, read
+from mathpost.teaching.workbook.sheet.file import read
 from mathpost.teaching.workbook.sheet.place import Place
 from mathpost.teaching.workbook.sheet.samples import at_samples
 from mathpost.teaching.workbook.sheet.tree import text_of
@@ -36,7 +37,6 @@ UNITS_APART = {-9, -6, -5, -3, 3, 5, 6, 9}  # powers of ten
 MOST_FAULTS, MOST_ENDS = 6, 4
 TELLING = 3  # digits of a number that is not the same as a different one by luck
 SEVERAL = 3  # inputs that are as given, of which one that is not may be a mistake
-BY_NUMBER = "compared as a number, and no more than that: it depends on no input that was found"
 
 
 class HandIn:
@@ -74,19 +74,19 @@ class HandIn:
         if comparison.steps_too and not self.faults and not self.matched.weak:
             self._ends_that_are_nothing()
         self._numbers()
-        self.open += [self._error_elsewhere(each) for each in self.errors if not each.is_single]
+        self.open += [statements.error_elsewhere(self, each) for each in self.errors if not each.is_single]
         missing = list(comparison.candidates)
-        self.open += self._open_questions(missing)
+        self.open += statements.open_questions(self, missing)
         nothing = not comparison.found and not self.faults
         verdict = WRONG if self.faults else UNCLEAR if missing or self.open or nothing else RIGHT
-        cells = [*self._judgements()]
+        cells = [*statements.judgements(self)]
         unjudged = self.sheet.ranges(cell.place for cell in cells if cell.status == UNCLEAR)
-        seen = [*self.open, *self._seen()]
+        seen = [*self.open, *statements.seen(self)]
         report = FileReport(
-            self.sheet.book.path, verdict, self.faults, cells, [*unjudged], seen, [*self._warnings()]
+            self.sheet.book.path, verdict, self.faults, cells, [*unjudged], seen, [*statements.warnings(self)]
         )
         report.beside = False
-        report.explain = self._explain
+        report.explain = partial(statements.explain, self)
         return report
 
     # Faults.
@@ -265,112 +265,3 @@ class HandIn:
                 self.open.append(
                     f"{text}: a mistake, or a number of the student's own? numbers = in the task file says"
                 )
-
-    # What is said.
-
-    def _open_questions(self, missing: Sequence[Place]) -> Iterator[str]:
-        ours, sheet, cells = self.ours, self.sheet, self.matched.cells
-        if unsure := [(ours.address(p), sheet.address(cells[p][0])) for p in self.matched.unsure]:
-            yield "in a different order, if these do what they should: " + ", ".join(
-                f"{c} for {p}" for p, c in unsure
-            )
-            if not missing:
-                yield "say whether they do: --cells " + repr(",".join(f"{p}={c}" for p, c in unsure))
-        asked: list[Place] = []
-        for places in (missing if not self.faults else ()), self.matched.open:
-            if places:
-                what = "results" if places is not self.matched.open else "inputs"
-                if what == "inputs" and not missing:
-                    continue
-                names = [
-                    f"{text} {ours.label(ours.named('', text).places[0])}".strip() for text in ours.ranges(places)
-                ]
-                listed = "; ".join([*names[:6], *["…"] * (len(names) > 6)])
-                yield f"{what} of the reference that were not found: {listed}"
-                asked += places
-        if asked and not self.faults:
-            text = ",".join(f"{ours.address(place)}=CELL" for place in asked[:3])
-            yield f"say where they are: --cells {text!r}"
-        for place in sorted(sheet.unknown, key=sheet.reading_order)[:3]:
-            if missing:
-                yield f"{sheet.address(place)} is not evaluated: {sheet.why_unknown(place)}"
-
-    def _seen(self) -> Iterator[str]:
-        found, sheet = self.comparison.found, self.sheet
-        yield (
-            f"{len(found)} of {len(self.comparison.asked)} results and {len(self.matched.cells)} of "
-            f"{len(self.reference.inputs)} inputs of {self.reference.path.name} found"
-        )
-        names: dict[str, list[Place]] = {}
-        for result, cell in found.items():
-            names.setdefault(self.ours.label(result), []).append(cell)
-        for name, cells in names.items():
-            yield f"{', '.join(sheet.ranges(cells))}: {name or 'a result of the reference'}"
-
-    def _error_elsewhere(self, each: Telling) -> str:
-        """An error that the hand-in has at other numbers than its own."""
-        numbers = [f"{self.ours.address(p)} of the reference is {v:g}" for p, v in each.given.items()]
-        cell = self.sheet.address(self.comparison.found[each.result])
-        return f"{cell} is an error, where the reference has a number: if {', '.join(numbers[:3])}"
-
-    def _warnings(self) -> Iterator[str]:
-        yield from self.not_compared
-        yield from (self._error_elsewhere(each) for each in self.errors if each.is_single)
-        for result, cell in self.comparison.found.items():
-            if not self.comparison.varies(result):
-                yield f"{self.sheet.address(cell)} is {BY_NUMBER}"
-        if self.matched.open:
-            yield f"not varied, as no cell has them: {', '.join(self.ours.ranges(self.matched.open))}"
-        for place, factor in self.matched.factor.items():
-            yield f"{self.sheet.address(self.matched.cells[place][0])} is taken as {factor:.6g} times its input"
-        if own := different(self.matched, self.ours, self.sheet):
-            yield f"numbers of the student's own: {', '.join(self.sheet.ranges(cell for _, cell in own))}"
-        yield from self.sheet.book.notes
-
-    def _judgements(self) -> Iterator[Judgement]:
-        sheet, comparison = self.sheet, self.comparison
-        formulas = [p for p in self.first_trees if p not in sheet.messages]
-        cells = dict.fromkeys([*formulas, *self.wrong])
-        right = sheet.upstream(comparison.found.values())
-        for place in sorted(cells, key=sheet.reading_order):
-            known = place in right or (place in comparison.theirs and comparison.theirs[place] in comparison.known)
-            status = (
-                WRONG
-                if place in self.wrong
-                else CONSEQUENCE
-                if place in self.after
-                else RIGHT
-                if known
-                else UNCLEAR
-            )
-            cell = sheet.book.cells.get(place, EMPTY)
-            yield Judgement(sheet.address(place), place, status, cell.value if cell.number is None else cell.number)
-
-    def _explain(self, text: str) -> list[str]:
-        """Which rule judged a cell, and what it used."""
-        sheet, comparison = self.sheet, self.comparison
-        (place, *_) = sheet.named("why", text).places
-        cell, address = sheet.book.cells.get(place, EMPTY), sheet.address(place)
-        tree = self.first_trees.get(place)
-        lines = [f"{address} is {cell.value}" + (f", ={text_of(tree, place[0])}" if tree else "")]
-        for fault in self.faults:
-            if fault.place == place:
-                lines.append(f"rule: changed so, it makes right what is missing: {fault.cause}: {fault.message}")
-        if place in self.wrong and len(lines) == 1:
-            lines.append("rule: filled from a formula that is wrong")
-        elif place in self.after and place not in self.wrong:
-            lines.append("rule: it follows from a cell that is wrong")
-        for result, found in comparison.found.items():
-            if found == place:
-                lines.append(f"rule: at all samples it is {self.ours.address(result)} of the reference")
-        if place in self.matched.back:
-            lines.append(f"rule: it is the input {self.ours.address(self.matched.back[place])} of the reference")
-        if len(lines) == 1 and place in sheet.upstream(comparison.found.values()):
-            lines.append("rule: a result that is right uses it")
-        if (
-            len(lines) == 1
-            and place in comparison.theirs
-            and (keys := comparison.known.find(comparison.theirs[place]))
-        ):
-            lines.append(f"rule: it is what {self.ours.address(keys[0])} of the reference is, or uses")
-        return lines if len(lines) > 1 else [*lines, "not judged: no result of the reference depends on it"]

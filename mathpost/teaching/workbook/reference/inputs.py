@@ -4,47 +4,23 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
 
 import numpy as np
 
+from mathpost.teaching.workbook.reference.matched import ALIKE, Matched, in_unit, near, runs, scale_of, telling
 from mathpost.teaching.workbook.reference.quantities import Sheet, likeness, plain
 from mathpost.teaching.workbook.reference.roles import Inputs, by_role
-from mathpost.teaching.workbook.sheet.place import Line, Place, offset
+from mathpost.teaching.workbook.sheet.place import Line, Place
 
-NEAR = 1e-5  # relative: the same number with fewer digits
 UNITS = (np.pi / 180, 180 / np.pi, 1 / 25.4, 25.4)  # of an input that a hand-in has in radians or inch
 COMMON = frozenset(
     map(float, (-1, 0, 1, 2, 3, 10, 60, 90, 100, 180, 360, 1000, 3600))
 )  # a formula has these as well
 PLAIN = frozenset(map(float, (-1, 0, 1, 60, 180, 360, 1000, 3600)))  # no input if a hand-in has none
-SCALES = (1e-6, 1e-5, 1e-3, 1e3, 1e5, 1e6)  # of a student's own number in a different unit
-ALIKE = 0.7  # powers of ten by which own numbers may be apart
 LIKE = 0.4  # of labels that may mean the same
 CLEARLY = 0.15  # by how much the best must be better than the next
-LONG = 3  # numbers in a row that are found together
-
-
-@dataclass
-class Matched:
-    """Inputs of the reference → the cells of the hand-in that hold them, and how these were found."""
-
-    cells: dict[Place, list[Place]] = field(default_factory=dict)
-    factor: dict[Place, float] = field(default_factory=dict)  # of the hand-in's unit
-    other: dict[Place, Place] = field(default_factory=dict)  # those that hold a different number
-    open: list[Place] = field(default_factory=list)
-    unsure: list[Place] = field(default_factory=list)  # found by what they do alone, and in a different order
-    scale: dict[Place, float] = field(
-        default_factory=dict
-    )  # units of the student's own numbers, as their size says
-    weak: set[Place] = field(default_factory=set)  # found by what they do or by where they are, and no label agrees
-
-    @property
-    def back(self) -> dict[Place, Place]:
-        """Cell of the hand-in → input of the reference."""
-        return {cell: place for place, cells in self.cells.items() for cell in cells}
 
 
 def match(
@@ -58,16 +34,16 @@ def match(
     matcher.lists_of_a_label()
     other = {*found.cells} - equal
     for own_numbers in (False, True):
-        matcher.settle(lambda place, number: _near(numbers[place], number))
+        matcher.settle(lambda place, number: near(numbers[place], number))
         for factor in UNITS:
             before = {*found.cells}
-            matcher.settle(partial(_in_unit, numbers, factor))
+            matcher.settle(partial(in_unit, numbers, factor))
             found.factor |= dict.fromkeys(found.cells.keys() - before, factor)
         if own_numbers or not matcher.has_own_numbers():
             break
         matcher.by_role(equal | other)
     theirs = handed_in.numbers_typed
-    before = {p for p, cells in found.cells.items() if p not in other and _near(numbers[p], theirs[cells[0]])}
+    before = {p for p, cells in found.cells.items() if p not in other and near(numbers[p], theirs[cells[0]])}
     before |= found.factor.keys()
     matcher.take_named()
     matcher.settle(None)
@@ -75,45 +51,10 @@ def match(
     found.other = {place: found.cells[place][0] for place in found.cells if place not in before}
     own = {p: c for p, c in found.other.items() if p not in matcher.told and p not in other}
     found.weak = {p for p, c in own.items() if p not in matcher.named and not matcher.likely(p, c)}
-    found.scale = {p: scale for p, c in own.items() if (scale := _scale(theirs[c], numbers[p]))}
+    found.scale = {p: scale for p, c in own.items() if (scale := scale_of(theirs[c], numbers[p]))}
     found.open = [place for place in matcher.left if numbers[place] not in PLAIN]
     matcher.copies()
     return found
-
-
-def _near(a: float, b: float) -> bool:
-    return abs(a - b) <= NEAR * abs(a)
-
-
-def _in_unit(numbers: Mapping[Place, float], factor: float, place: Place, number: float) -> bool:
-    """Whether a number is that of an input in a different unit."""
-    return _telling(number) and _near(numbers[place] * factor, number)
-
-
-def _scale(number: float, own: float) -> float | None:
-    """The factor of the unit of a student's own number, which is of another size than the reference's."""
-    if number * own <= 0 or abs(np.log10(number / own)) < -np.log10(SCALES[2]) - ALIKE:
-        return None
-    scale = min(SCALES, key=lambda each: abs(np.log10(number / own / each)))
-    return scale if abs(np.log10(number / own / scale)) < ALIKE else None
-
-
-def _telling(number: float) -> bool:
-    """Whether a number has so many digits that it is not equal to something else by luck."""
-    return len(f"{abs(number):.10g}".replace(".", "").strip("0")) > 3
-
-
-def runs(places: Sequence[Place]) -> Iterator[Line]:
-    """Yield the numbers that follow each other in a column, and those in a row, `LONG` or more."""
-    known = {*places}
-    for down, right in ((1, 0), (0, 1)):
-        for place in places:
-            if offset(place, -down, -right) not in known:
-                line = [place]
-                while (after := offset(line[-1], down, right)) in known:
-                    line.append(after)
-                if len(line) >= LONG:
-                    yield tuple(line)
 
 
 class _Matcher:
@@ -276,7 +217,7 @@ class _Matcher:
     def by_role(self, lists: set[Place]) -> None:
         """Match what does the same; single numbers of few digits, which may be equal by luck, are open again."""
         numbers, found = self.reference.numbers_typed, self.found
-        for place in [p for p in found.cells if p not in lists and p not in self.told and not _telling(numbers[p])]:
+        for place in [p for p in found.cells if p not in lists and p not in self.told and not telling(numbers[p])]:
             del found.cells[place]
             found.factor.pop(place, None)
         self.take_named()
@@ -317,7 +258,7 @@ class _Matcher:
     def likely(self, place: Place, cell: Place) -> float:
         """How well a cell goes with an input that does the same: by what else is known, 0 if nothing is."""
         labels = likeness(self.reference.labels[place], self.handed_in.labels[cell])
-        return labels + _near(self.reference.numbers_typed[place], self.numbers[cell])
+        return labels + near(self.reference.numbers_typed[place], self.numbers[cell])
 
     def by_shape(self) -> None:
         """What is left of a row or column, where as many are left in the one that goes with it; or the only one."""
@@ -357,9 +298,3 @@ def _alone(sheet: Sheet, places: Sequence[Place]) -> dict[str, Place]:
 def _lines(place: Place) -> tuple[tuple, tuple]:
     """The row and the column in which a place is."""
     return ("row", *place[:2]), ("column", place[0], place[2])
-
-
-def different(found: Matched, reference: Sheet, handed_in: Sheet) -> list[tuple[Place, Place]]:
-    """The inputs of which the hand-in has a different number: (of the reference, of the hand-in)."""
-    own, other = reference.numbers_typed, handed_in.numbers_typed
-    return [(place, cell) for place, cell in found.other.items() if not _near(own[place], other[cell])]
