@@ -143,11 +143,18 @@ def test_a_hand_in_of_any_kind_ends_in_a_report(saved):
     strange = [
         {"A1": "nothing"}, {"A1": 1.0}, {**FEED, "B6": "=B7"}, {**FEED, "B6": "=B1/0"}, {**FEED, "B6": "=FOO(B1)"},
         {**FEED, "B1": "many"}, {"A1": "n", "B1": 3580.986}, {**FEED, "B7": "=B6&B3"}, {**FEED, "B2": True},
+        {**FEED, "B7": "=B6*SIN()"}, {**FEED, "B7": "=MMULT(B6)"}, {**FEED, "B7": "=SUM(OFFSET(B1,0,0,0,1))"},
+        {**FEED, "B7": "=INDEX(B1:B4,B3*1E308)"}, {**FEED, "B7": "=B6*1E400"}, {**FEED, "B1": "180,5", "B7": "=B6"},
     ]  # fmt: skip
     reference = Reference(saved(FEED, "right.xlsx"))
     for cells in strange:
         report = reference.check(saved(cells))
         assert report.verdict != "right" and "internal" not in str(report), cells
+
+
+def test_a_number_that_is_none_is_refused_with_its_cell(saved):
+    with pytest.raises(InputError, match="Sheet!B2: expected a finite number"):
+        Reference(saved(FEED, "right.xlsx")).check(saved({**FEED, "B2": float("1.7976931348623157e308")}))
 
 
 def test_the_shell_writes_the_task_and_reads_it_again(saved, tmp_path, capsys):

@@ -133,7 +133,9 @@ class Sheet(Graph):
     @cached_property
     def labels(self) -> dict[Place, Labels]:
         """Place of a number or formula → the text to its left and the text above, as they are written, or empty."""
-        numbers = [p for p in self.cells if p not in self.texts and p not in self.messages]
+        numbers = [
+            p for p in self.cells if (p not in self.texts or p in self.numbers_typed) and p not in self.messages
+        ]
         numbers.sort(key=self.reading_order)
         ways: dict[tuple[Place, int, int], str] = {}
         return {p: (self._text(p, 0, -1, ways), self._text(p, -1, 0, ways)) for p in numbers}

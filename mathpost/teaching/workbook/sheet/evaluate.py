@@ -281,6 +281,6 @@ def evaluate(
             values = [evaluate(part, look, functions, held, take) for part in parts]
             value = function(*values)
         return value if value.dtype == float else value * 1.0
-    except (TypeError, ValueError, IndexError, AttributeError, np.linalg.LinAlgError):
+    except (TypeError, ValueError, IndexError, OverflowError, AttributeError, np.linalg.LinAlgError):
         sizes = ", ".join("×".join(map(str, np.shape(value)[1:])) for value in values)
         raise NotUnderstood(f"{head} of {sizes or 'nothing'}") from None

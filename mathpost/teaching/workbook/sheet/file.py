@@ -8,8 +8,9 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from os import PathLike
@@ -123,6 +124,7 @@ def _read_text(path: Path, rows: int) -> Book:
                 cells[path.stem, row, column] = Cell(float(number) if is_number else text)
     if not cells:
         raise InputError(str(path), "a sheet with cells", "an empty file")
+    _numbers_are_finite(path, cells)
     return Book(path, (path.stem,), cells, {})
 
 
@@ -132,21 +134,28 @@ def _read(file: Path, path: Path, rows: int) -> Book:
     notes: list[str] = []
     try:
         with closing(openpyxl.load_workbook(file, read_only=True, data_only=True, keep_links=False)) as book:
-            names = dict(_names(book.defined_names, ""))
+            names = dict(_names(book.defined_names, "", book.sheetnames))
             for sheet in book.worksheets:
                 own, more = _cells(sheet, rows)
                 cells |= own
+                _numbers_are_finite(path, own)
                 if len(cells) > MOST_CELLS:
                     raise TooLarge(f"more than {MOST_CELLS} cells")
                 notes += [f"only the first {rows} rows of sheet {sheet.title} were read"] * more
-                names.update(_names(getattr(sheet, "defined_names", {}), sheet.title))
-    except (TooLarge, MemoryError):
+                names.update(_names(getattr(sheet, "defined_names", {}), sheet.title, book.sheetnames))
+    except (TooLarge, MemoryError, InputError):
         raise
     except Exception as error:  # openpyxl raises whatever its parser meets
         raise InputError(str(path), "an .xlsx workbook", f"one that cannot be read ({error})") from None
     if not cells:
         raise InputError(str(path), "a sheet with cells", "only empty ones")
     return Book(path, tuple(book.sheetnames), cells, names, tuple(notes))
+
+
+def _numbers_are_finite(path: Path, cells: Mapping[Place, Cell]) -> None:
+    for place, cell in cells.items():
+        if isinstance(cell.value, int | float) and not abs(cell.value) <= sys.float_info.max:
+            raise InputError(f"{path}, {place[0]}!{local_address(place[1:])}", "a finite number", "one that is not")
 
 
 class _Parser(WorkSheetParser):
@@ -192,7 +201,7 @@ def _cells(sheet: ReadOnlyWorksheet, rows: int) -> tuple[dict[Place, Cell], bool
     return cells, more
 
 
-def _names(defined: DefinedNameDict, own_sheet: str) -> Iterator[tuple[str, Area | str]]:
+def _names(defined: DefinedNameDict, own_sheet: str, sheets: Sequence[str]) -> Iterator[tuple[str, Area | str]]:
     for name, definition in defined.items():
         try:
             ((sheet, area),) = definition.destinations
@@ -200,7 +209,8 @@ def _names(defined: DefinedNameDict, own_sheet: str) -> Iterator[tuple[str, Area
         except (ValueError, TypeError, AttributeError):  # a constant, or a formula
             yield name.upper(), f"={definition.attr_text or ''}"
             continue
-        if None not in (left, top, right, bottom):
+        if None not in (left, top, right, bottom) and (sheet or own_sheet) in sheets:
+            (top, bottom), (left, right) = sorted((top, bottom)), sorted((left, right))
             yield name.upper(), Area(sheet or own_sheet, top, left, bottom, right, (True, True))
 
 

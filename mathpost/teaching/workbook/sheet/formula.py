@@ -6,6 +6,7 @@ A tree is a tuple of a head and its parts: ``("number", 2.0)``, ``("text", "a")`
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
 LOGICAL = {"TRUE": 1.0, "FALSE": 0.0}
 CRITERIA = {*("SUMIF COUNTIF AVERAGEIF SUMIFS COUNTIFS AVERAGEIFS MAXIFS MINIFS".split())}
+PARAMETERS = {
+    **dict.fromkeys("SIN COS TAN ASIN ACOS ATAN RADIANS DEGREES SQRT ABS TRANSPOSE MINVERSE MDETERM".split(), 1),
+    **dict.fromkeys(("ATAN2", "MMULT"), 2),
+}  # how many there are, where formulas are changed
 SIGNS = {"=", "<>", "<", ">", "<=", ">="}
 LARGEST = 20_000  # cells of a range
 LEVELS, PARTS, LETTERS = 100, 20_000, 8192  # of a formula, the names in it included; a spreadsheet takes 64 levels
@@ -183,9 +188,14 @@ class _Reader:
                 return ("number", LOGICAL[name])
             if name in CRITERIA:
                 return (name, *map(_criterion, rows[0]))
+            if len(rows[0]) != PARAMETERS.get(name, len(rows[0])):
+                raise NotUnderstood(f"{name} of {len(rows[0])} arguments")
             return (name, *rows[0]) if name else rows[0][0]
         if token.subtype in ("NUMBER", "LOGICAL"):
-            return ("number", float(LOGICAL.get(token.value.upper(), token.value)))
+            number = float(LOGICAL.get(token.value.upper(), token.value))
+            if not math.isfinite(number):
+                raise NotUnderstood(token.value)
+            return ("number", number)
         if token.subtype == "TEXT":
             return ("text", token.value[1:-1].replace('""', '"'))
         if isinstance(text := self.names.get(token.value.rpartition("!")[2].upper()), str):

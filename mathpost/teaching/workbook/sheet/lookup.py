@@ -38,7 +38,14 @@ def resolved(tree: Tree, held: Held) -> Tree:
     tree = tuple(resolved(part, held) if isinstance(part, tuple) else part for part in tree)
     try:
         return FOUND[tree[0]](held, *tree[1:]) or tree
-    except (AttributeError, LookupError, TypeError, ValueError, StopIteration):  # no lookup, or nothing is found
+    except (
+        AttributeError,
+        LookupError,
+        TypeError,
+        ValueError,
+        OverflowError,
+        StopIteration,
+    ):  # no lookup, or nothing is found
         return tree
 
 
@@ -102,6 +109,8 @@ def _offset(held: Held, table: Tree, *steps: Tree) -> Tree:
     numbers = [_number(held, step) for step in steps]
     area = table[1].moved(*numbers[:2])
     rows, columns = (numbers[n] if n < len(numbers) else area.shape[n - 2] for n in (2, 3))
+    if min(rows, columns) < 1:
+        raise ValueError
     return "area", replace(area, bottom=area.top + rows - 1, right=area.left + columns - 1)
 
 
