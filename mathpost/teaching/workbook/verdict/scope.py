@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,12 +61,17 @@ class Scope:
 
     def _looks_calculated(self, place: Place) -> bool:
         """Whether a number that no formula uses is said to be a length, or alone has decimals that nobody gives."""
-        component = self.graph.component
         if re.search(LENGTH_OR_VOLUME, self.found.label(place), re.I):
             return True
-        is_alone = sum(p in self.found.typed for p in component[place]) < 3
+        is_alone = self._typed_in[id(self.graph.component[place])] < 3
         has_decimals = written_decimals(self.graph.number(place)) >= CALCULATED
         return is_alone and has_decimals and not re.search(EXPECTED, self.found.label(place), re.I)
+
+    @cached_property
+    def _typed_in(self) -> Counter[int]:
+        """How many typed numbers each component has."""
+        component = self.graph.component
+        return Counter(id(component[p]) for p in self.found.typed if p in component)
 
 
 def _is_count_or_mean(tree: Tree) -> bool:
