@@ -115,6 +115,16 @@ def test_own_numbers_in_a_different_language_are_found_by_what_they_do(saved):
     assert report.verdict != "right" and all(fault.cell == "Sheet!E1" for fault in report.faults)
 
 
+@pytest.mark.parametrize("reactance, is_right", [("=1/(E1*E3)", True), ("=1/(E1+E3)", False)])
+def test_an_own_number_in_a_different_unit_is_taken_as_that(saved, reactance, is_right):
+    right = {"A1": "omega", "B1": 314, "A2": "R", "B2": 40, "A3": "C", "B3": 60, "B5": "=1/(B1*B3*10^-6)",
+             "A6": "Z", "B6": "=SQRT(B2^2+B5^2)", "A7": "phi", "B7": "=ATAN(B5/B2)"}  # fmt: skip
+    theirs = {"D1": "ω", "E1": 377, "D2": "R", "E2": 25, "D3": "C [F]", "E3": 7e-5, "E5": reactance,
+              "E6": "=(E2^2+E5^2)^0.5", "E7": "=ATAN2(E2,E5)"}  # fmt: skip
+    report = compared(saved, right, theirs)
+    assert (report.verdict == "right") == is_right, report
+
+
 def test_numbers_in_a_row_of_a_list_are_the_same_row_of_the_list(saved):
     right = {f"A{n}": 20 + n / 7 for n in range(1, 6)} | {"C1": 0.3, "C2": -0.1}
     right |= {"C4": "=(C1-C2)/STDEV(A1:A5)", "C5": "=AVERAGE(A1:A5)-C2"}
